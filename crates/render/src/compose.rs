@@ -1,0 +1,66 @@
+//! Puts a kernel together from the modules in `shaders/`: WESL in, plain WGSL out.
+
+use std::borrow::Cow;
+
+use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
+
+use crate::{error::RenderError, features::Features};
+
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+/// A composed and validated shader.
+#[derive(Debug)]
+pub struct Composed {
+    /// Plain WGSL.
+    pub wgsl: String,
+    /// Its parsed module, for reflection.
+    pub module: naga::Module,
+    /// What validation found out about it.
+    pub info: naga::valid::ModuleInfo,
+}
+
+/// A constant that modules import from `package::generated`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// Its name in WGSL.
+    pub name: &'static str,
+    /// Its value.
+    pub value: u32,
+}
+
+/// Composes `root` (for example `package::kernel::path`) for a set of features.
+///
+/// `constants` become the module `package::generated`. The result is stripped of everything that the entry points do not
+/// reach, then validated by naga.
+pub fn compose(root: &str, features: &Features, constants: &[Constant]) -> Result<Composed, RenderError> {
+    let generated = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value)).collect::<String>();
+    let mut resolver = VirtualResolver::new();
+    for &(path, source) in MODULES {
+        resolver.add_module(module_path(path)?, Cow::Borrowed(source));
+    }
+    resolver.add_module(module_path("package::generated")?, Cow::Owned(generated));
+    let flags = features.list().into_iter().map(|(name, on, _)| (name.to_owned(), Feature::from(on))).collect();
+    let options = CompileOptions {
+        validate: false, // naga does, below, with better knowledge
+        features: wesl::Features { default: Feature::Error, flags },
+        ..Default::default()
+    };
+    let compiled = wesl::compile_sourcemap(&module_path(root)?, &resolver, &NoMangler, &options)
+        .map_err(|e| RenderError::Shader { root: root.into(), message: e.to_string() })?;
+    validate(root, compiled.to_string())
+}
+
+/// Parses and validates plain WGSL.
+fn validate(root: &str, wgsl: String) -> Result<Composed, RenderError> {
+    let module = naga::front::wgsl::parse_str(&wgsl)
+        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(&wgsl) })?;
+    let capabilities = naga::valid::Capabilities::default();
+    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
+        .validate(&module)
+        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(&wgsl) })?;
+    Ok(Composed { wgsl, module, info })
+}
+
+fn module_path(text: &str) -> Result<ModulePath, RenderError> {
+    text.parse().map_err(|e| RenderError::Shader { root: text.into(), message: format!("{e}") })
+}

@@ -1,0 +1,170 @@
+//! Finding an adapter and opening it, with its real limits and its errors caught.
+
+use std::sync::{Arc, Mutex};
+
+use crate::error::RenderError;
+
+/// Which adapter to use.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// The most capable: discrete, integrated, virtual, then software.
+    #[default]
+    Best,
+    /// The one at this place in [`Device::list`].
+    Index(usize),
+    /// The first whose name contains this, whatever its case.
+    Name(String),
+}
+
+/// What is known about an adapter before it is opened.
+#[derive(Clone, Debug)]
+pub struct AdapterInfo {
+    /// Device name.
+    pub name: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// `Vulkan`, `Metal` or `Dx12`.
+    pub backend: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub kind: String,
+    /// Whether it is a software driver.
+    pub is_cpu: bool,
+    /// Bytes that one buffer binding may have.
+    pub max_binding: u64,
+    /// Texels along a side of an image.
+    pub max_image_side: u32,
+}
+
+/// An open device and its queue.
+pub struct Device {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    /// What it is.
+    pub info: AdapterInfo,
+    pub(crate) limits: wgpu::Limits,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        flags: wgpu::InstanceFlags::empty(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    })
+}
+
+fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    AdapterInfo {
+        name: info.name,
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+        backend: format!("{:?}", info.backend),
+        kind: format!("{:?}", info.device_type),
+        is_cpu: info.device_type == wgpu::DeviceType::Cpu,
+        max_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+        max_image_side: limits.max_texture_dimension_2d,
+    }
+}
+
+fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+}
+
+impl Device {
+    /// Every adapter of this machine.
+    pub fn list() -> Vec<AdapterInfo> {
+        adapters(&instance()).iter().map(describe).collect()
+    }
+
+    /// Opens an adapter with all the limits it has.
+    pub fn new(choice: &AdapterChoice) -> Result<Self, RenderError> {
+        let adapters = adapters(&instance());
+        if adapters.is_empty() {
+            return Err(RenderError::NoAdapter);
+        }
+        let infos: Vec<_> = adapters.iter().map(describe).collect();
+        let found = match choice {
+            AdapterChoice::Best => (0..infos.len()).min_by_key(|&i| rank(adapters[i].get_info().device_type)),
+            AdapterChoice::Index(i) => (*i < infos.len()).then_some(*i),
+            AdapterChoice::Name(name) => {
+                infos.iter().position(|a| a.name.to_lowercase().contains(&name.to_lowercase()))
+            }
+        };
+        let Some(index) = found else {
+            let wanted = match choice {
+                AdapterChoice::Index(i) => i.to_string(),
+                AdapterChoice::Name(name) => name.clone(),
+                AdapterChoice::Best => String::new(),
+            };
+            let available = infos.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(RenderError::UnknownAdapter { wanted, available });
+        };
+        Self::open(&adapters[index], infos[index].clone())
+    }
+
+    fn open(adapter: &wgpu::Adapter, info: AdapterInfo) -> Result<Self, RenderError> {
+        let limits = adapter.limits();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("surelight"),
+            required_features: wgpu::Features::empty(),
+            required_limits: limits.clone(),
+            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            memory_hints: wgpu::MemoryHints::Performance,
+            trace: wgpu::Trace::Off,
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), message: e.to_string() })?;
+        let lost = Arc::new(Mutex::new(None));
+        let sink = lost.clone();
+        device.set_device_lost_callback(move |_, message| *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(message));
+        let sink = lost.clone();
+        // Without a handler an uncaptured error panics; every call of ours stands in an error scope, so this is a last net.
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(error.to_string());
+        }));
+        Ok(Self { device, queue, info, limits, lost })
+    }
+
+    /// Runs `work` inside error scopes and turns what they catch into a [`RenderError::Device`].
+    pub(crate) fn scoped<T>(&self, what: &str, work: impl FnOnce() -> T) -> Result<T, RenderError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let internal = self.device.push_error_scope(wgpu::ErrorFilter::Internal);
+        let value = work();
+        for scope in [internal, validation, memory] {
+            if let Some(error) = pollster::block_on(scope.pop()) {
+                return Err(RenderError::Device { what: what.into(), message: error.to_string() });
+            }
+        }
+        self.check_lost()?;
+        Ok(value)
+    }
+
+    /// An error when the driver has dropped the device.
+    pub(crate) fn check_lost(&self) -> Result<(), RenderError> {
+        match self.lost.lock().unwrap_or_else(|e| e.into_inner()).as_ref() {
+            Some(message) => {
+                Err(RenderError::DeviceLost { adapter: self.info.name.clone(), message: message.clone() })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until the device has done everything submitted.
+    pub(crate) fn wait(&self) -> Result<(), RenderError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| RenderError::Device { what: "waiting for it".into(), message: e.to_string() })?;
+        self.check_lost()
+    }
+}
+
+fn rank(kind: wgpu::DeviceType) -> u32 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}

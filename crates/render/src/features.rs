@@ -1,0 +1,91 @@
+//! What a kernel contains: decided by the scene before compilation.
+//!
+//! A feature that a scene lacks is absent from its kernel, its bindings and its records.
+
+/// Declares the flags once: name, meaning.
+macro_rules! features {
+    ($($(#[doc = $doc:literal])+ $name:ident,)+) => {
+        /// The conditions that shader modules may test with `@if(name)`.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        pub struct Features {
+            $($(#[doc = $doc])+ pub $name: bool,)+
+        }
+
+        impl Features {
+            /// Every flag with its name and its meaning, in declaration order.
+            pub fn list(&self) -> Vec<(&'static str, bool, &'static str)> {
+                vec![$((stringify!($name), self.$name, concat!($($doc),+).trim_ascii())),+]
+            }
+
+            /// Sets a flag by name; false when there is none of that name.
+            pub fn set(&mut self, name: &str, value: bool) -> bool {
+                match name {
+                    $(stringify!($name) => self.$name = value,)+
+                    _ => return false,
+                }
+                true
+            }
+        }
+    };
+}
+
+features! {
+    /// BVH items are read from a storage image instead of a buffer (twice as fast on CPU drivers).
+    items_image,
+    /// Two-level BVH: some mesh is placed more than once.
+    instances,
+    /// Smooth vertex normals.
+    vertex_normals,
+    /// Vertex colours.
+    vertex_colors,
+    /// Vertex tangents, for normal maps.
+    tangents,
+    /// Some texture is looked up.
+    textures,
+    /// Base colour textures.
+    base_color_texture,
+    /// Metallic-roughness textures.
+    metallic_roughness_texture,
+    /// Normal maps.
+    normal_texture,
+    /// Emissive textures.
+    emissive_texture,
+    /// Specular strength textures.
+    specular_texture,
+    /// Specular colour textures.
+    specular_color_texture,
+    /// Transmission textures.
+    transmission_texture,
+    /// Alpha masks or blending: coverage is tested while walking the BVH.
+    alpha,
+    /// Microfacet reflection; without it every surface is Lambert's.
+    ggx,
+    /// Some surface may be (partly) metal.
+    metal,
+    /// Some surface may be so smooth that its lobes are deltas.
+    smooth,
+    /// Some surface may transmit light.
+    transmission,
+    /// Absorbing media inside closed meshes.
+    volume,
+    /// Unlit materials.
+    unlit,
+    /// Some surface emits light.
+    emission,
+    /// Next-event estimation: there is a light that can be sampled.
+    light_sampling,
+    /// Emissive triangles can be sampled.
+    area_lights,
+    /// Point, spot or directional lights.
+    punctual_lights,
+    /// Light from far away, uniform.
+    environment_uniform,
+    /// Light from far away, a map.
+    environment_map,
+    /// Orthographic camera.
+    orthographic,
+    /// Thin lens with an aperture.
+    lens,
+    /// Samples are clamped (biased).
+    clamp_radiance,
+}
