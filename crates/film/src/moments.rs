@@ -1,0 +1,332 @@
+//! Sums of batches of one pixel, wide enough that neither their order nor their number matters.
+//!
+//! A batch b is an independent estimate from n_b samples, with sum s_b. From
+//! N = Σ n_b, R = Σ n_b², S = Σ s_b, P = Σ n_b s_b and Q = Σ s_b², with m = S/N,
+//!
+//! - the mean is m, and
+//! - the variance *of the mean* is estimated by
+//!   Σ (s_b − n_b m)² / N² / (1 − R/N²) = (Q − 2 m P + m² R) / N² / (1 − R/N²).
+//!
+//! Where batches differ in length only, so that Var[s_b] = n_b σ², the expectation of the numerator
+//! is σ² N (1 − R/N²), and the estimate is unbiased for σ²/N. For equal batches it is the
+//! usual variance of B batch means over B.
+//!
+//! The subtraction cancels: at a relative spread of 1e-8 an f64 sum of squares has nothing left.
+//! Sums are therefore double-double (about 106 bits), where batch sums, being f32, square exactly.
+
+/// An unevaluated sum `hi + lo` of two doubles with `|lo| ≤ ulp(hi)/2`.
+///
+/// Algorithms: Dekker, "A floating-point technique for extending the available precision",
+/// Numer. Math. 18 (1971); error bounds: Joldes, Muller, Popescu, "Tight and rigorous error bounds
+/// for basic building blocks of double-word arithmetic", ACM TOMS 44(2) (2017), algorithms 4, 6, 9, 12 and 15.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DoubleDouble {
+    hi: f64,
+    lo: f64,
+}
+
+/// Knuth's TwoSum: `a + b` as rounded sum and exact error.
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_seen = sum - a;
+    let a_seen = sum - b_seen;
+    (sum, (a - a_seen) + (b - b_seen))
+}
+
+/// Dekker's Fast2Sum, for `|a| ≥ |b|`.
+fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    (sum, b - (sum - a))
+}
+
+/// `a · b` as rounded product and exact error.
+fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let product = a * b;
+    (product, a.mul_add(b, -product))
+}
+
+impl DoubleDouble {
+    /// The two words, `hi` first: what a checkpoint has to keep.
+    pub fn words(self) -> [f64; 2] {
+        [self.hi, self.lo]
+    }
+
+    /// From two words, renormalised.
+    pub fn from_words([hi, lo]: [f64; 2]) -> Self {
+        let (hi, lo) = two_sum(hi, lo);
+        Self { hi, lo }
+    }
+
+    /// The value rounded to a double.
+    pub fn to_f64(self) -> f64 {
+        self.hi
+    }
+
+    /// Adds a double; relative error below 2⁻¹⁰⁴ of the result.
+    pub fn add_f64(&mut self, x: f64) {
+        let (sum, error) = two_sum(self.hi, x);
+        (self.hi, self.lo) = fast_two_sum(sum, self.lo + error);
+    }
+
+    /// Adds another; relative error below 3·2⁻¹⁰⁶ of the result (Joldes et al., algorithm 6).
+    pub fn add(&mut self, other: Self) {
+        let (s, e) = two_sum(self.hi, other.hi);
+        let (t, f) = two_sum(self.lo, other.lo);
+        let (v, w) = fast_two_sum(s, e + t);
+        (self.hi, self.lo) = fast_two_sum(v, f + w);
+    }
+
+    fn negated(self) -> Self {
+        Self { hi: -self.hi, lo: -self.lo }
+    }
+
+    fn times(self, other: Self) -> Self {
+        let (p, e) = two_product(self.hi, other.hi);
+        let cross = self.hi.mul_add(other.lo, self.lo * other.hi);
+        let (hi, lo) = fast_two_sum(p, e + cross);
+        Self { hi, lo }
+    }
+
+    fn times_f64(self, x: f64) -> Self {
+        let (p, e) = two_product(self.hi, x);
+        let (hi, lo) = fast_two_sum(p, self.lo.mul_add(x, e));
+        Self { hi, lo }
+    }
+
+    fn over_f64(self, x: f64) -> Self {
+        let quotient = self.hi / x;
+        let (p, e) = two_product(quotient, x);
+        let rest = (self.hi - p) - e + self.lo;
+        let (hi, lo) = fast_two_sum(quotient, rest / x);
+        Self { hi, lo }
+    }
+}
+
+/// Spread of batch means, relative to their mean and squared, below which it is taken as zero.
+///
+/// f32 batch sums that are not all equal differ by 2⁻²⁴ at least: a relative variance of 2⁻⁴⁸/B.
+/// What remains of equal batches after the cancellation is below 2⁻¹⁰⁰.
+const NO_SPREAD: f64 = 1.0 / (1u128 << 80) as f64;
+
+/// Totals of the batches of one pixel, all three channels.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PixelMoments {
+    samples: u64,
+    samples_squared: u64,
+    sum: [DoubleDouble; 3],
+    weighted_sum: [DoubleDouble; 3],
+    square_sum: [DoubleDouble; 3],
+}
+
+impl PixelMoments {
+    /// Adds a batch of `samples` samples whose sums are `sums`.
+    ///
+    /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not
+    /// poison the pixel for good. The caller counts it.
+    #[must_use]
+    pub fn add_batch(&mut self, samples: u32, sums: [f32; 3]) -> bool {
+        if !sums.iter().all(|sum| sum.is_finite()) {
+            return false;
+        }
+        let n = f64::from(samples);
+        self.samples += u64::from(samples);
+        self.samples_squared += u64::from(samples) * u64::from(samples);
+        for (channel, sum) in sums.into_iter().enumerate() {
+            let s = f64::from(sum);
+            // n·s and s² are exact: 24 + 32 bits may exceed 53 only beyond 2²⁹ samples a batch.
+            self.sum[channel].add_f64(s);
+            self.weighted_sum[channel].add_f64(n * s);
+            self.square_sum[channel].add_f64(s * s);
+        }
+        true
+    }
+
+    /// Adds the batches of another part of the same render.
+    pub fn merge(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.samples_squared += other.samples_squared;
+        for channel in 0..3 {
+            self.sum[channel].add(other.sum[channel]);
+            self.weighted_sum[channel].add(other.weighted_sum[channel]);
+            self.square_sum[channel].add(other.square_sum[channel]);
+        }
+    }
+
+    /// Samples so far, N.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Mean radiance per channel; zero before the first batch.
+    pub fn mean(&self) -> [f64; 3] {
+        if self.samples == 0 {
+            return [0.0; 3];
+        }
+        self.sum.map(|sum| sum.over_f64(self.samples as f64).to_f64())
+    }
+
+    /// Variance of the mean per channel (radiance squared); `None` below two batches, where it is unknown.
+    pub fn variance_of_mean(&self) -> Option<[f64; 3]> {
+        let spread = self.spread_left()?;
+        let n = self.samples as f64;
+        let r = self.samples_squared as f64;
+        Some(std::array::from_fn(|channel| {
+            let m = self.sum[channel].over_f64(n);
+            let m2r = m.times(m).times_f64(r);
+            let mut numerator = self.square_sum[channel];
+            numerator.add(m.times(self.weighted_sum[channel]).times_f64(2.0).negated());
+            numerator.add(m2r);
+            let numerator = numerator.to_f64();
+            if numerator <= NO_SPREAD * m2r.to_f64() { 0.0 } else { numerator / (n * n) / spread }
+        }))
+    }
+
+    /// Degrees of freedom of [`Self::variance_of_mean`]: N²/R − 1, which is B − 1 for B equal batches
+    /// and less for unequal ones. Zero below two batches.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        match self.spread_left() {
+            Some(_) => {
+                let n = self.samples as f64;
+                n * n / self.samples_squared as f64 - 1.0
+            }
+            None => 0.0,
+        }
+    }
+
+    /// 1 − R/N², computed as (N² − R)/N² in integers, or `None` below two batches.
+    fn spread_left(&self) -> Option<f64> {
+        let n_squared = u128::from(self.samples) * u128::from(self.samples);
+        let left = n_squared - u128::from(self.samples_squared).min(n_squared);
+        (left > 0).then(|| left as f64 / n_squared as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batches(seed: u64, count: usize, lengths: &[u32]) -> Vec<(u32, [f32; 3])> {
+        let mut state = seed;
+        let mut uniform = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f32 / (1u32 << 24) as f32
+        };
+        (0..count)
+            .map(|b| {
+                let n = lengths[b % lengths.len()];
+                (n, [1.0, 1e-6, 3e5].map(|scale| n as f32 * scale * (0.5 + uniform())))
+            })
+            .collect()
+    }
+
+    fn film_of(batches: &[(u32, [f32; 3])]) -> PixelMoments {
+        let mut moments = PixelMoments::default();
+        for &(n, sums) in batches {
+            assert!(moments.add_batch(n, sums));
+        }
+        moments
+    }
+
+    /// The definition, term by term, in f64.
+    fn by_definition(batches: &[(u32, [f32; 3])], channel: usize) -> (f64, f64) {
+        let n: f64 = batches.iter().map(|b| f64::from(b.0)).sum();
+        let mean = batches.iter().map(|b| f64::from(b.1[channel])).sum::<f64>() / n;
+        let spread: f64 = batches.iter().map(|b| (f64::from(b.1[channel]) - f64::from(b.0) * mean).powi(2)).sum();
+        let r: f64 = batches.iter().map(|b| f64::from(b.0).powi(2)).sum();
+        (mean, spread / (n * n) / (1.0 - r / (n * n)))
+    }
+
+    #[test]
+    fn unequal_batches_match_the_definition() {
+        let batches = batches(7, 37, &[64, 4096, 1, 100]);
+        let moments = film_of(&batches);
+        let variance = moments.variance_of_mean().unwrap();
+        for (channel, variance) in variance.into_iter().enumerate() {
+            let (mean, expected) = by_definition(&batches, channel);
+            assert!((moments.mean()[channel] / mean - 1.0).abs() < 1e-14);
+            assert!((variance / expected - 1.0).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn equal_batches_give_the_variance_of_batch_means() {
+        // Four batches of 8 samples with means 1, 2, 3, 4: s² = 5/3, so 5/12 for the mean of four.
+        let moments = film_of(&[1.0f32, 2.0, 3.0, 4.0].map(|m| (8, [8.0 * m; 3])));
+        assert_eq!(moments.mean(), [2.5; 3]);
+        assert!((moments.variance_of_mean().unwrap()[0] - 5.0 / 12.0).abs() < 1e-15);
+        assert_eq!(moments.degrees_of_freedom(), 3.0);
+        assert_eq!(moments.samples(), 32);
+    }
+
+    #[test]
+    fn one_batch_has_no_variance() {
+        assert_eq!(film_of(&[(16, [1.0; 3])]).variance_of_mean(), None);
+        assert_eq!(film_of(&[(16, [1.0; 3])]).degrees_of_freedom(), 0.0);
+        assert_eq!(PixelMoments::default().variance_of_mean(), None);
+    }
+
+    #[test]
+    fn equal_batches_have_exactly_no_variance() {
+        for value in [0.1f32, 1.0 / 3.0, 7.77e-20, 1e30, 0.0] {
+            let moments = film_of(&[(12, [value; 3]); 1000]);
+            assert_eq!(moments.variance_of_mean(), Some([0.0; 3]), "{value}");
+        }
+    }
+
+    #[test]
+    fn one_ulp_between_batches_is_seen() {
+        let a = 0.1f32;
+        let b = f32::from_bits(a.to_bits() + 1);
+        let moments = film_of(&[(12, [a; 3]), (12, [b; 3])]);
+        let expected = ((f64::from(b) - f64::from(a)) / 24.0).powi(2);
+        assert!((moments.variance_of_mean().unwrap()[0] / expected - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn order_and_slicing_do_not_change_the_rounded_result() {
+        for seed in 0..50 {
+            let batches = batches(seed, 300, &[64, 64, 64, 17]);
+            let whole = film_of(&batches);
+            let mut reversed = batches.clone();
+            reversed.reverse();
+            let mut sliced = film_of(&batches[200..]);
+            sliced.merge(&film_of(&batches[..77]));
+            sliced.merge(&film_of(&batches[77..200]));
+            for other in [film_of(&reversed), sliced] {
+                assert_eq!(whole.mean().map(|x| x as f32), other.mean().map(|x| x as f32));
+                assert_eq!(
+                    whole.variance_of_mean().unwrap().map(|x| x as f32),
+                    other.variance_of_mean().unwrap().map(|x| x as f32)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn sums_do_not_stagnate() {
+        // 2²⁶ samples of one third: an f32 running sum stalls at half of it.
+        let batch = 4096;
+        let sum = (f64::from(batch) / 3.0) as f32;
+        let moments = film_of(&vec![(batch, [sum; 3]); 1 << 14]);
+        assert_eq!(moments.samples(), 1 << 26);
+        assert!((moments.mean()[0] * f64::from(batch) / f64::from(sum) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_bad_batch_is_refused_whole() {
+        let mut moments = film_of(&[(4, [1.0; 3])]);
+        let before = moments;
+        assert!(!moments.add_batch(4, [1.0, f32::NAN, 1.0]));
+        assert!(!moments.add_batch(4, [1.0, 1.0, f32::INFINITY]));
+        assert_eq!(moments, before);
+    }
+
+    #[test]
+    fn words_round_trip() {
+        let mut x = DoubleDouble::default();
+        x.add_f64(1.0);
+        x.add_f64(1e-25);
+        assert_eq!(DoubleDouble::from_words(x.words()), x);
+        assert_eq!(x.words(), [1.0, 1e-25]);
+    }
+}

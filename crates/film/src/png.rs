@@ -1,0 +1,95 @@
+//! The picture for people: tone mapped, sRGB, 8 bits.
+
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
+
+use crate::{Film, ToneMap, WriteError, linear_to_srgb, to_u8};
+
+/// How radiance becomes a picture.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Display {
+    /// Radiance is multiplied by 2 to this power.
+    pub exposure_ev: f64,
+    /// The tone curve.
+    pub tonemap: ToneMap,
+}
+
+impl Display {
+    /// sRGB bytes of a linear Rec. 709 radiance.
+    pub fn bytes(&self, rgb: [f64; 3]) -> [u8; 3] {
+        let scale = self.exposure_ev.exp2();
+        self.tonemap.map(rgb.map(|x| x * scale)).map(|x| to_u8(linear_to_srgb(x)))
+    }
+}
+
+/// Writes the mean of a film as an 8-bit RGB PNG.
+///
+/// # Errors
+/// Where the file cannot be written; the target is then as it was.
+pub fn write_png(path: &Path, film: &Film, display: &Display) -> Result<(), WriteError> {
+    let bytes = encode_png(film, display).map_err(|cause| WriteError::new(path, cause))?;
+    crate::write_file(path, &bytes)
+}
+
+/// The bytes that [`write_png`] writes.
+///
+/// # Errors
+/// The cause, without a full stop, where the film cannot be encoded (an empty image).
+pub fn encode_png(film: &Film, display: &Display) -> Result<Vec<u8>, String> {
+    let pixels: Vec<_> = film.pixels().par_iter().map(|p| display.bytes(p.mean())).collect();
+    encode(film.width(), film.height(), &pixels)
+}
+
+/// Writes sRGB bytes, one triple a pixel from the top left, as a PNG.
+///
+/// # Errors
+/// Where the size does not fit or the file cannot be written; the target is then as it was.
+pub fn write_rgb8_png(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), WriteError> {
+    let bytes = encode(width, height, pixels).map_err(|cause| WriteError::new(path, cause))?;
+    crate::write_file(path, &bytes)
+}
+
+fn encode(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<Vec<u8>, String> {
+    if pixels.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
+        return Err(format!("{} pixels do not make an image of {width}×{height}", pixels.len()));
+    }
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
+        .write_image(pixels.as_flattened(), width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.png");
+        let mut film = Film::new(2, 1);
+        film.add_batch(2, &[0, 1], &[[0.428_082_3, 0.0, 9.0, 0.0], [0.0; 4]]).unwrap();
+        let plain = Display { exposure_ev: 0.0, tonemap: ToneMap::None };
+        write_png(&path, &film, &plain).unwrap();
+        let image = image::open(&path).unwrap().into_rgb8();
+        assert_eq!(image.get_pixel(0, 0).0, [128, 0, 255]);
+        assert_eq!(image.get_pixel(1, 0).0, [0, 0, 0]);
+    }
+
+    #[test]
+    fn exposure_is_in_stops() {
+        let at = |exposure_ev| Display { exposure_ev, tonemap: ToneMap::None };
+        assert_eq!(at(1.0).bytes([0.1; 3]), at(0.0).bytes([0.2; 3]));
+        assert_eq!(at(-2.0).bytes([0.4; 3]), at(0.0).bytes([0.1; 3]));
+    }
+
+    #[test]
+    fn sizes_must_fit() {
+        assert!(encode(2, 2, &[[0; 3]; 3]).is_err());
+        assert!(encode(0, 0, &[]).is_err());
+    }
+}
