@@ -1,0 +1,23 @@
+//! A glTF or HDR file in, a validated [`Scene`] out: plain data, no GPU.
+//!
+//! This is the only crate that knows glTF. Everything downstream (BVH, lights, kernels) reads [`Scene`] and can rely on
+//! what its types promise: indices in range, finite numbers where stated, textures decoded.
+
+mod camera;
+mod environment;
+mod glb_writer;
+mod light;
+mod material;
+mod mesh;
+pub mod procedural;
+mod scene;
+mod texture;
+
+pub use camera::{Camera, Projection};
+pub use environment::{Environment, EnvironmentMap};
+pub use glb_writer::{GlbWriteError, write_glb};
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, NormalTexture, Volume};
+pub use mesh::{Instance, Mesh};
+pub use scene::{ExtensionUse, Scene};
+pub use texture::{Filter, Image, Texture, TextureRef, Wrap};

@@ -1,0 +1,67 @@
+//! Scenes made by code: the gallery that `assets/` is generated from, and small ones for tests.
+//!
+//! Each module says what is known about its scene in closed form, and where that comes from; the same sentence travels
+//! in the file. Positions are computed in f64 and rounded once, so that the files come out alike everywhere.
+//!
+//! Conventions: metres, +Y up, fronts counter-clockwise. Pure emitters are black and one-sided; other opaque surfaces
+//! are two-sided. Pure Lambert is a dielectric with `specular` 0.
+
+mod builder;
+pub mod cornell_box;
+pub mod furnace;
+pub mod shapes;
+
+use glam::DVec3;
+
+use crate::Scene;
+
+/// A scene of the gallery.
+pub struct Entry {
+    /// Stem of the file in `assets/`.
+    pub name: &'static str,
+    /// What it shows, one sentence.
+    pub shows: &'static str,
+    /// What is known about it in closed form.
+    pub known: &'static str,
+    /// Makes it.
+    pub build: fn() -> Scene,
+}
+
+/// The scenes of `assets/`, in the order in which they are shown.
+pub const GALLERY: &[Entry] = &[
+    Entry {
+        name: "cornell-box",
+        shows: "The Cornell box with its two blocks, by the published measurements.",
+        known: "The lamp's power is π·L·A: (0.729, 0.515, 0.172) W. Direct light on floor points that see the whole lamp \
+                follows Lambert's polygon formula. The picture as a whole has no closed form.",
+        build: cornell_box::cornell_box,
+    },
+    Entry {
+        name: "furnace",
+        shows: "A closed room, a ball and a block of different reflectance in which nothing may be seen.",
+        known: "Every surface emits Le = L·(1 − ρ), so every pixel is L = Le/(1 − ρ) = (0.5, 0.25, 0.125) exactly.",
+        build: furnace::furnace,
+    },
+];
+
+/// Irradiance at `point` with unit normal `normal` from a polygon of uniform radiance 1, wholly above the horizon and
+/// facing the point; W/m² for a radiance in W/(m²·sr).
+///
+/// Lambert's formula (Photometria, 1760; Arvo, "Analytic Methods for Simulated Light Transport", 1995, section 3):
+/// E = ½·|Σ Θᵢ Γᵢ·n| over the edges, Θᵢ the angle that an edge subtends and Γᵢ the unit normal of its plane through
+/// the point.
+pub fn polygon_irradiance(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
+    let sum: f64 = (0..polygon.len())
+        .map(|i| {
+            let a = polygon[i] - point;
+            let b = polygon[(i + 1) % polygon.len()] - point;
+            let cross = a.cross(b);
+            let sine = cross.length();
+            if sine == 0.0 { 0.0 } else { sine.atan2(a.dot(b)) * cross.dot(normal) / sine }
+        })
+        .sum();
+    0.5 * sum.abs()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,53 @@
+use crate::{Camera, Environment, Image, Instance, Light, Material, Mesh, Texture};
+
+/// A validated scene: plain data, all indices in range.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// File stem, or the name of a procedural scene.
+    pub name: String,
+    /// Meshes, one a glTF primitive, stored once however often they are placed.
+    pub meshes: Vec<Mesh>,
+    /// Where meshes stand.
+    pub instances: Vec<Instance>,
+    /// Materials; the last one is glTF's default material when some primitive needs it.
+    pub materials: Vec<Material>,
+    /// Textures that materials refer to.
+    pub textures: Vec<Texture>,
+    /// Images that textures refer to.
+    pub images: Vec<Image>,
+    /// Cameras in node order.
+    pub cameras: Vec<Camera>,
+    /// Punctual lights.
+    pub lights: Vec<Light>,
+    /// Light from far away; set by the caller (`--env`, `--sky`), not by glTF core.
+    pub environment: Option<Environment>,
+    /// Extensions that the file names and what became of them.
+    pub extensions: Vec<ExtensionUse>,
+    /// Everything that was not read as written, one sentence each; shown once, at the end.
+    pub warnings: Vec<String>,
+}
+
+/// An extension that the file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExtensionUse {
+    /// For example `KHR_materials_ior`.
+    pub name: String,
+    /// In `extensionsRequired`.
+    pub required: bool,
+    /// Whether the picture follows it.
+    pub honoured: bool,
+}
+
+impl Scene {
+    /// Triangles as placed: every instance counted.
+    pub fn triangle_count(&self) -> usize {
+        self.instances.iter().map(|i| self.meshes[i.mesh].triangles.len()).sum()
+    }
+
+    /// Whether anything in the scene gives light.
+    pub fn has_light(&self) -> bool {
+        !self.lights.is_empty()
+            || self.environment.is_some()
+            || self.instances.iter().any(|i| self.materials[self.meshes[i.mesh].material].is_emissive())
+    }
+}
