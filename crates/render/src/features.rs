@@ -63,7 +63,7 @@ features! {
     /// Some surface may be (partly) metal.
     metal,
     /// Some surface may be so smooth that its lobes are deltas.
-    smooth,
+    delta_lobes,
     /// Some surface may transmit light.
     transmission,
     /// Absorbing media inside closed meshes.
