@@ -1,0 +1,3 @@
+//! From trees to the items that a kernel reads.
+
+pub(crate) mod binary;

@@ -1,0 +1,111 @@
+//! The 64-byte items that the kernel reads, word by word.
+//!
+//! One stream holds three kinds; word 15 tells them apart. Numbers are f32 bit patterns unless said otherwise, item
+//! references are u32 indices into the stream.
+//!
+//! | word | node (tag 0) | triangle (tag 1) | instance (tag 2) |
+//! |---|---|---|---|
+//! | 0–2 | box 0, least | v0 | row x of world → object: three of the matrix … |
+//! | 3 | u32: item of child 0 | u32: prim id | … and the translation |
+//! | 4–6 | box 0, greatest | e1 = v1 − v0 | row y |
+//! | 7 | u32: item of child 1 | 0 | translation y |
+//! | 8–10 | box 1, least | e2 = v2 − v0 | row z |
+//! | 11 | 0 | 0 | translation z |
+//! | 12 | box 1, greatest x | 0 | u32: root item of the mesh's tree |
+//! | 13 | box 1, greatest y | 0 | u32: index into [`crate::Accel::instances`] |
+//! | 14 | box 1, greatest z | 0 | 0 |
+//! | 15 | 0 | 1 \| more << 2 | 2 \| more << 2 |
+//!
+//! `more` says that the next item of the stream belongs to the same leaf. Item 0 is the root and always a node; so is the
+//! root of each mesh's tree. A child that is missing (a tree of one leaf) has [`crate::Bounds::NEVER_HIT`] as its box.
+
+use glam::Vec3;
+
+use crate::{Bounds, triangle::Triangle};
+
+/// Word 15 of a node.
+pub const TAG_NODE: u32 = 0;
+/// Word 15 of a triangle, low two bits.
+pub const TAG_TRIANGLE: u32 = 1;
+/// Word 15 of an instance, low two bits.
+pub const TAG_INSTANCE: u32 = 2;
+/// Set in word 15 when the next item belongs to the same leaf.
+pub const MORE: u32 = 1 << 2;
+/// Most items in a stream: references have 28 bits to spare four for tags in packed forms. 16 GiB.
+pub const MAX_ITEMS: u64 = 1 << 28;
+
+/// One item: 16 words, 64 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(16))]
+pub struct Item(pub [u32; 16]);
+
+impl Item {
+    pub(crate) fn node(boxes: [Bounds; 2], refs: [u32; 2]) -> Self {
+        let mut w = [0; 16];
+        for k in 0..2 {
+            put(&mut w, 8 * k, boxes[k].lo);
+            put(&mut w, 8 * k + 4, boxes[k].hi);
+        }
+        w[3] = refs[0];
+        w[7] = refs[1];
+        w[15] = TAG_NODE;
+        Self(w)
+    }
+
+    pub(crate) fn triangle(t: &Triangle, prim: u32, more: bool) -> Self {
+        let mut w = [0; 16];
+        put(&mut w, 0, t.v0);
+        put(&mut w, 4, t.e1);
+        put(&mut w, 8, t.e2);
+        w[3] = prim;
+        w[15] = TAG_TRIANGLE | if more { MORE } else { 0 };
+        Self(w)
+    }
+
+    pub(crate) fn instance(to_object: &[f32; 12], root: u32, instance: u32) -> Self {
+        let mut w = [0; 16];
+        for (word, value) in w.iter_mut().zip(to_object) {
+            *word = value.to_bits();
+        }
+        w[12] = root;
+        w[13] = instance;
+        w[15] = TAG_INSTANCE;
+        Self(w)
+    }
+
+    /// [`TAG_NODE`], [`TAG_TRIANGLE`] or [`TAG_INSTANCE`].
+    pub fn tag(&self) -> u32 {
+        self.0[15] & 3
+    }
+
+    /// Whether the next item belongs to the same leaf.
+    pub fn more(&self) -> bool {
+        self.0[15] & MORE != 0
+    }
+
+    /// Three words as a vector.
+    pub fn vec3(&self, word: usize) -> Vec3 {
+        Vec3::new(self.float(word), self.float(word + 1), self.float(word + 2))
+    }
+
+    /// One word as f32.
+    pub fn float(&self, word: usize) -> f32 {
+        f32::from_bits(self.0[word])
+    }
+
+    /// The box of a node's child, `k` = 0 or 1.
+    pub fn child_bounds(&self, k: usize) -> Bounds {
+        Bounds { lo: self.vec3(8 * k), hi: self.vec3(8 * k + 4) }
+    }
+
+    /// The item of a node's child, `k` = 0 or 1.
+    pub fn child(&self, k: usize) -> u32 {
+        self.0[3 + 4 * k]
+    }
+}
+
+fn put(w: &mut [u32; 16], at: usize, v: Vec3) {
+    w[at] = v.x.to_bits();
+    w[at + 1] = v.y.to_bits();
+    w[at + 2] = v.z.to_bits();
+}

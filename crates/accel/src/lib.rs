@@ -1,0 +1,51 @@
+//! Bounding volume hierarchies over a [`surelight_scene::Scene`], as the items that the kernel reads.
+//!
+//! [`Accel::build`] checks the triangles, decides which meshes are placed as instances and which are copied, has obvhs
+//! build the trees and flattens them into one stream of 64-byte items in depth-first order ([`item`] has the format,
+//! word by word). [`Accel::intersect`] walks the same items on the CPU, operation by operation as the kernel does;
+//! [`oracle`] answers the same questions by brute force in f64 from the scene alone.
+//!
+//! # Camera space
+//! Positions are made relative to an origin, the camera, in f64 and only then rounded to f32: what is near the camera is
+//! exact to the last bits however far from the world's origin it stands.
+//!
+//! # Why no hit is lost
+//! Let u = 2⁻²⁴. A stored box holds the triangle's corners grown by [`EDGE_TOLERANCE`] and by a few u of the edges and of
+//! the distance from the camera (see `triangle.rs`), rounded outward; boxes of inner nodes are unions of these by min
+//! and max, which do not round. A ray that meets the triangle therefore meets each box on its path in exact arithmetic:
+//! on every axis some t lies in the slab's interval. The slab test computes t = (plane − o) · r with r the reciprocal of
+//! the direction: a subtraction, a reciprocal and a product, (1 ± u)³ in all, so the exact order near ≤ far can turn
+//! over by at most the factor (1 + 2γ₃), γ₃ = 3u / (1 − 3u) (Ize, "Robust BVH ray traversal", 2013). GPU reciprocals are
+//! good to 2.5 ulp = 5u, which makes that (1 + 2γ₇) < 1 + 15u. [`SLAB_PADDING`] = 1 + 16u covers both: multiply the
+//! far distance by it. Form (plane − o) · r, not plane · r − o · r: the latter's error grows with |o| / |plane − o|.
+//!
+//! Direction components below [`LEAST_DIRECTION`] are replaced by it, sign kept, before the reciprocal is taken: no ∞ and
+//! no 0 · ∞ = NaN then arises, and a ray that runs exactly in a box's plane stays in the box, for boxes have no face that
+//! touches their triangle.
+//!
+//! Boxes of instances have one more margin: the ray is rounded when it is brought to object space, by about u times
+//! |M| |M⁻¹| (|o| + |translation|) in camera space.
+
+pub mod item;
+pub mod oracle;
+
+mod accel;
+mod bounds;
+mod error;
+mod flatten;
+mod forest;
+mod placement;
+mod topdown;
+mod tree;
+mod triangle;
+mod walk;
+
+pub use accel::{Accel, BuildOptions, InstanceRecord, Instancing, Quality, Skipped, Statistics, TriangleSource};
+pub use bounds::Bounds;
+pub use error::AccelError;
+pub use item::Item;
+pub use triangle::COORDINATE_LIMIT;
+pub use walk::{EDGE_TOLERANCE, Hit, LEAST_DIRECTION, MOST_STACK, Ray, SLAB_PADDING, safe_reciprocal};
+
+/// [`TriangleSource::instance`] of a triangle whose mesh is placed as instances.
+pub const NO_INSTANCE: u32 = u32::MAX;

@@ -1,0 +1,183 @@
+//! From a scene to what the trees are built over: triangles in camera space, and meshes placed as instances.
+
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use surelight_scene::{Instance, Mesh, Scene};
+
+use crate::{
+    AccelError, BuildOptions, Instancing, NO_INSTANCE, Skipped, TriangleSource,
+    triangle::{Defect, Triangle},
+};
+
+/// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
+const LEAST_TRIANGLES: usize = 64;
+/// Meshes whose copies come to fewer triangles are copied: they fit in a cache anyway.
+const LEAST_COPIES: usize = 4096;
+/// Placements that blow rounding errors up by more than this are copied in f64 instead.
+const MOST_CONDITION: f64 = 1e4;
+
+/// Triangles that were found sound, and where each came from.
+#[derive(Default)]
+pub(crate) struct Soup {
+    pub(crate) triangles: Vec<Triangle>,
+    pub(crate) sources: Vec<TriangleSource>,
+    pub(crate) skipped: Skipped,
+}
+
+impl Soup {
+    fn append(&mut self, mut other: Soup) {
+        self.triangles.append(&mut other.triangles);
+        self.sources.append(&mut other.sources);
+        self.skipped += other.skipped;
+    }
+
+    fn gather(mesh: &Mesh, positions: &[Vec3], flip: bool, source: impl Fn([u32; 3]) -> TriangleSource + Sync) -> Self {
+        mesh.triangles
+            .par_chunks(1 << 14)
+            .map(|chunk| {
+                let mut soup = Soup::default();
+                soup.triangles.reserve(chunk.len());
+                soup.sources.reserve(chunk.len());
+                for &[a, b, c] in chunk {
+                    let corners = if flip { [a, c, b] } else { [a, b, c] };
+                    match Triangle::new(corners.map(|i| positions[i as usize])) {
+                        Ok(triangle) => {
+                            soup.triangles.push(triangle);
+                            soup.sources.push(source(corners));
+                        }
+                        Err(Defect::NonFinite) => soup.skipped.non_finite += 1,
+                        Err(Defect::ZeroArea) => soup.skipped.zero_area += 1,
+                    }
+                }
+                soup
+            })
+            .collect::<Vec<_>>()
+            .into_iter()
+            .fold(Soup::default(), |mut all, part| {
+                if all.triangles.is_empty() && all.skipped == Skipped::default() {
+                    return part;
+                }
+                all.append(part);
+                all
+            })
+    }
+}
+
+/// A mesh placed as an instance.
+pub(crate) struct Placement {
+    pub(crate) scene_instance: u32,
+    /// Index into [`Placed::meshes`].
+    pub(crate) mesh: usize,
+    /// Object to camera space.
+    pub(crate) to_world: DAffine3,
+    pub(crate) to_object: DAffine3,
+}
+
+/// A scene sorted into the two kinds.
+pub(crate) struct Placed {
+    pub(crate) world: Soup,
+    /// Meshes in object space, for those that are placed as instances.
+    pub(crate) meshes: Vec<Soup>,
+    pub(crate) placements: Vec<Placement>,
+}
+
+/// Refuses indices out of range, which a loaded scene never has but a scene made in memory may.
+pub(crate) fn check(scene: &Scene) -> Result<(), AccelError> {
+    for (i, instance) in scene.instances.iter().enumerate() {
+        if instance.mesh >= scene.meshes.len() {
+            return Err(AccelError::MeshIndex { instance: i, mesh: instance.mesh, meshes: scene.meshes.len() });
+        }
+    }
+    for (m, mesh) in scene.meshes.iter().enumerate() {
+        let vertices = mesh.positions.len();
+        let bad = mesh.triangles.par_iter().position_any(|t| t.iter().any(|&i| i as usize >= vertices));
+        if let Some(triangle) = bad {
+            return Err(AccelError::VertexIndex { mesh: m, triangle, vertices });
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Placed {
+    let to_camera = |instance: &Instance| DAffine3 {
+        matrix3: instance.to_world.matrix3,
+        translation: instance.to_world.translation - origin,
+    };
+
+    let mut uses = vec![0usize; scene.meshes.len()];
+    for instance in &scene.instances {
+        uses[instance.mesh] += 1;
+    }
+    let shared = |mesh: usize| {
+        let (n, k) = (scene.meshes[mesh].triangles.len(), uses[mesh]);
+        match options.instancing {
+            Instancing::Auto => k >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(k) >= LEAST_COPIES,
+            Instancing::Never => false,
+            Instancing::Always => n > 0,
+        }
+    };
+
+    let mut slot_of = vec![None; scene.meshes.len()];
+    let mut mesh_of_slot = Vec::new();
+    let mut placements = Vec::new();
+    let mut copied = Vec::new();
+    for (i, instance) in scene.instances.iter().enumerate() {
+        let to_world = to_camera(instance);
+        match shared(instance.mesh).then(|| invert(&to_world)).flatten() {
+            Some(to_object) => {
+                let mesh = *slot_of[instance.mesh].get_or_insert_with(|| {
+                    mesh_of_slot.push(instance.mesh);
+                    mesh_of_slot.len() - 1
+                });
+                placements.push(Placement { scene_instance: i as u32, mesh, to_world, to_object });
+            }
+            None => copied.push((i as u32, instance.mesh, to_world)),
+        }
+    }
+
+    let meshes = mesh_of_slot
+        .par_iter()
+        .map(|&m| {
+            let mesh = &scene.meshes[m];
+            Soup::gather(mesh, &mesh.positions, false, |corners| TriangleSource {
+                mesh: m as u32,
+                corners,
+                instance: NO_INSTANCE,
+            })
+        })
+        .collect();
+    let parts: Vec<Soup> = copied
+        .par_iter()
+        .map(|&(instance, m, to_world)| {
+            let mesh = &scene.meshes[m];
+            let positions: Vec<Vec3> = mesh
+                .positions
+                .par_iter()
+                .with_min_len(1 << 12)
+                .map(|p| to_world.transform_point3(p.as_dvec3()).as_vec3())
+                .collect();
+            let flip = to_world.matrix3.determinant() < 0.0;
+            Soup::gather(mesh, &positions, flip, |corners| TriangleSource { mesh: m as u32, corners, instance })
+        })
+        .collect();
+    let mut world = Soup::default();
+    let total = parts.iter().map(|p| p.triangles.len()).sum();
+    world.triangles.reserve(total);
+    world.sources.reserve(total);
+    parts.into_iter().for_each(|part| world.append(part));
+    Placed { world, meshes, placements }
+}
+
+/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range for f32.
+fn invert(to_world: &DAffine3) -> Option<DAffine3> {
+    let m = to_world.matrix3;
+    if !to_world.is_finite() || m.determinant() == 0.0 {
+        return None;
+    }
+    let inverse = to_world.inverse();
+    let norm = |m: glam::DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Frobenius norms: at least the condition number, at most three times it.
+    let condition = norm(m) * norm(inverse.matrix3);
+    let fits = |a: &DAffine3| a.is_finite() && a.to_cols_array().iter().all(|x| x.abs() < 1e12);
+    (condition <= MOST_CONDITION && fits(&inverse) && fits(to_world)).then_some(inverse)
+}
