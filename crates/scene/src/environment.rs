@@ -1,4 +1,8 @@
+mod load;
+
 use std::sync::Arc;
+
+pub use load::{load_environment, load_environment_with_warnings};
 
 /// Light from infinitely far away.
 #[derive(Clone, Debug, PartialEq)]

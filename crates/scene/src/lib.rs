@@ -5,7 +5,9 @@
 
 mod camera;
 mod environment;
+mod framing;
 mod glb_writer;
+mod import;
 mod light;
 mod material;
 mod mesh;
@@ -14,8 +16,9 @@ mod scene;
 mod texture;
 
 pub use camera::{Camera, Projection};
-pub use environment::{Environment, EnvironmentMap};
+pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
 pub use glb_writer::{GlbWriteError, write_glb};
+pub use import::{LoadError, LoadOptions, load};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, NormalTexture, Volume};
 pub use mesh::{Instance, Mesh};

@@ -1,0 +1,123 @@
+//! Environment maps from Radiance .hdr and OpenEXR .exr files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{ReadChannels, ReadLayers};
+use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use crate::EnvironmentMap;
+use crate::import::{LoadError, read_file};
+
+/// Texels that one map may have: 16 k × 8 k.
+const MOST_TEXELS: u64 = 128 << 20;
+/// Bytes that one file may have.
+const MOST_BYTES: u64 = 4 << 30;
+/// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the range of f32.
+const MOST_RADIANCE: f32 = 1e12;
+/// What an infinite texel becomes: the largest half float, since halves that overflowed are where they come from.
+const INFINITE: f32 = 65504.0;
+
+/// Loads an equirectangular environment map, .hdr or .exr by its content.
+///
+/// Texels that are NaN or negative become 0, infinite ones 65504 (the largest half float).
+///
+/// # Errors
+/// When the file cannot be read, is neither format, is damaged, or is larger than 128 Mi texels.
+pub fn load_environment(path: &Path) -> Result<EnvironmentMap, LoadError> {
+    Ok(load_environment_with_warnings(path)?.0)
+}
+
+/// The same, with a sentence for everything that was not taken as written.
+///
+/// # Errors
+/// See [`load_environment`].
+pub fn load_environment_with_warnings(path: &Path) -> Result<(EnvironmentMap, Vec<String>), LoadError> {
+    let bytes = read_file(path, MOST_BYTES)?;
+    let decoded = if bytes.starts_with(b"#?") {
+        hdr(&bytes)
+    } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        exr(&bytes)
+    } else {
+        Err("it is neither Radiance HDR nor OpenEXR".into())
+    };
+    let mut map = decoded.map_err(|cause| LoadError::Environment { path: path.to_path_buf(), cause })?;
+    let mut warnings = Vec::new();
+    let changed = sanitise(&mut map.texels);
+    if changed > 0 {
+        let texels = map.texels.len();
+        warnings
+            .push(format!("{changed} of {texels} texels of {} were negative, infinite or no number.", path.display()));
+    }
+    if map.width != 2 * map.height {
+        warnings.push(format!(
+            "{} is {} × {}, but a map of all directions is twice as wide as high; it is stretched.",
+            path.display(),
+            map.width,
+            map.height
+        ));
+    }
+    Ok((map, warnings))
+}
+
+fn check_size(width: u64, height: u64) -> Result<(), String> {
+    match width.checked_mul(height) {
+        Some(0) => Err("it has no texels".into()),
+        Some(texels) if texels <= MOST_TEXELS => Ok(()),
+        _ => Err(format!("it states {width} × {height} texels, and {MOST_TEXELS} are the most that are read")),
+    }
+}
+
+fn hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Hdr);
+    reader.limits(Limits::no_limits()); // The size is checked here, before anything is allocated.
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    check_size(width.into(), height.into())?;
+    let pixels = image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
+    let texels = pixels.pixels().map(|p| p.0).collect();
+    Ok(EnvironmentMap { width, height, texels })
+}
+
+fn exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64)?;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.0, vec![[0.0_f32; 3]; size.0 * size.1]),
+            |(width, texels), at, (r, g, b): (f32, f32, f32)| {
+                if let Some(texel) = texels.get_mut(at.1 * *width + at.0) {
+                    *texel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| e.to_string())?;
+    let size = image.layer_data.size;
+    check_size(size.0 as u64, size.1 as u64)?;
+    let (_, texels) = image.layer_data.channel_data.pixels;
+    Ok(EnvironmentMap { width: size.0 as u32, height: size.1 as u32, texels })
+}
+
+/// Makes every texel finite, non-negative and not absurdly bright; returns how many changed.
+fn sanitise(texels: &mut [[f32; 3]]) -> usize {
+    let mut changed = 0;
+    for texel in texels {
+        let before = *texel;
+        *texel = before.map(|c| match c {
+            c if c.is_nan() || c < 0.0 => 0.0,
+            f32::INFINITY => INFINITE,
+            c => c.min(MOST_RADIANCE),
+        });
+        // -0.0 equals 0.0 and is no change worth a word; NaN never equals.
+        changed += usize::from(*texel != before);
+    }
+    changed
+}

@@ -1,0 +1,310 @@
+//! The JSON of a glTF file as Rust types: only what the importer reads, and nothing checked beyond the JSON types.
+//!
+//! `gltf_json` has such types too, but cuts indices to 32 bits without a word, so that `"mesh": 4294967296` becomes mesh 0,
+//! and gives up the whole file for a mistyped optional extension. Here indices keep their 64 bits and extensions stay
+//! JSON values until a reader that knows them asks.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{self, Deserializer, Visitor};
+use serde_json::Value;
+
+use super::error::{Fault, Result};
+
+/// The JSON object `extensions`; most objects have none.
+pub(crate) type Extensions = Option<Box<serde_json::Map<String, Value>>>;
+
+/// A whole number of the JSON: an index, a count or a constant. Accepts `3.0` for `3`, as some exporters write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub(crate) struct Int(pub(crate) u64);
+
+impl Int {
+    /// As an index into a `Vec`; one that does not fit the address space is past the end of every `Vec`.
+    pub(crate) fn index(self) -> usize {
+        usize::try_from(self.0).unwrap_or(usize::MAX)
+    }
+}
+
+impl<'de> Deserialize<'de> for Int {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct IntVisitor;
+        impl Visitor<'_> for IntVisitor {
+            type Value = Int;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a whole number, 0 or above")
+            }
+
+            fn visit_u64<E: de::Error>(self, value: u64) -> std::result::Result<Int, E> {
+                Ok(Int(value))
+            }
+
+            fn visit_f64<E: de::Error>(self, value: f64) -> std::result::Result<Int, E> {
+                // Up to 2^53 every whole number is exact as f64.
+                if value >= 0.0 && value <= 9_007_199_254_740_992.0 && value.fract() == 0.0 {
+                    Ok(Int(value as u64))
+                } else {
+                    Err(E::invalid_value(de::Unexpected::Float(value), &self))
+                }
+            }
+        }
+        deserializer.deserialize_any(IntVisitor)
+    }
+}
+
+/// The root object.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Document {
+    pub(crate) asset: Asset,
+    pub(crate) scene: Option<Int>,
+    #[serde(default)]
+    pub(crate) scenes: Vec<SceneJson>,
+    #[serde(default)]
+    pub(crate) nodes: Vec<Node>,
+    #[serde(default)]
+    pub(crate) meshes: Vec<MeshJson>,
+    #[serde(default)]
+    pub(crate) cameras: Vec<CameraJson>,
+    #[serde(default)]
+    pub(crate) materials: Vec<MaterialJson>,
+    #[serde(default)]
+    pub(crate) textures: Vec<TextureJson>,
+    #[serde(default)]
+    pub(crate) samplers: Vec<Sampler>,
+    #[serde(default)]
+    pub(crate) images: Vec<ImageJson>,
+    #[serde(default)]
+    pub(crate) accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub(crate) buffer_views: Vec<BufferView>,
+    #[serde(default)]
+    pub(crate) buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub(crate) extensions_used: Vec<String>,
+    #[serde(default)]
+    pub(crate) extensions_required: Vec<String>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Asset {
+    pub(crate) version: String,
+    pub(crate) min_version: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct SceneJson {
+    #[serde(default)]
+    pub(crate) nodes: Vec<Int>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct Node {
+    pub(crate) name: Option<String>,
+    #[serde(default)]
+    pub(crate) children: Vec<Int>,
+    pub(crate) mesh: Option<Int>,
+    pub(crate) camera: Option<Int>,
+    pub(crate) skin: Option<Int>,
+    pub(crate) matrix: Option<Box<[f64; 16]>>,
+    pub(crate) translation: Option<[f64; 3]>,
+    pub(crate) rotation: Option<[f64; 4]>,
+    pub(crate) scale: Option<[f64; 3]>,
+    #[serde(default)]
+    pub(crate) weights: Vec<f64>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct MeshJson {
+    pub(crate) name: Option<String>,
+    pub(crate) primitives: Vec<Primitive>,
+    #[serde(default)]
+    pub(crate) weights: Vec<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Primitive {
+    pub(crate) attributes: BTreeMap<String, Int>,
+    pub(crate) indices: Option<Int>,
+    pub(crate) material: Option<Int>,
+    pub(crate) mode: Option<Int>,
+    #[serde(default)]
+    pub(crate) targets: Vec<BTreeMap<String, Int>>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct CameraJson {
+    pub(crate) name: Option<String>,
+    #[serde(rename = "type")]
+    pub(crate) kind: Option<String>,
+    pub(crate) perspective: Option<PerspectiveJson>,
+    pub(crate) orthographic: Option<OrthographicJson>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct PerspectiveJson {
+    pub(crate) yfov: f64,
+    pub(crate) aspect_ratio: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct OrthographicJson {
+    pub(crate) xmag: f64,
+    pub(crate) ymag: f64,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct MaterialJson {
+    pub(crate) name: Option<String>,
+    #[serde(default)]
+    pub(crate) pbr_metallic_roughness: PbrJson,
+    pub(crate) normal_texture: Option<TextureInfo>,
+    pub(crate) emissive_texture: Option<TextureInfo>,
+    pub(crate) emissive_factor: Option<[f64; 3]>,
+    pub(crate) alpha_mode: Option<String>,
+    pub(crate) alpha_cutoff: Option<f64>,
+    #[serde(default)]
+    pub(crate) double_sided: bool,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct PbrJson {
+    pub(crate) base_color_factor: Option<[f64; 4]>,
+    pub(crate) base_color_texture: Option<TextureInfo>,
+    pub(crate) metallic_factor: Option<f64>,
+    pub(crate) roughness_factor: Option<f64>,
+    pub(crate) metallic_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct TextureInfo {
+    pub(crate) index: Int,
+    #[serde(default)]
+    pub(crate) tex_coord: Int,
+    /// Normal textures only.
+    pub(crate) scale: Option<f64>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct TextureJson {
+    pub(crate) source: Option<Int>,
+    pub(crate) sampler: Option<Int>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Sampler {
+    pub(crate) mag_filter: Option<Int>,
+    pub(crate) wrap_s: Option<Int>,
+    pub(crate) wrap_t: Option<Int>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct ImageJson {
+    pub(crate) uri: Option<String>,
+    pub(crate) buffer_view: Option<Int>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Accessor {
+    pub(crate) buffer_view: Option<Int>,
+    #[serde(default)]
+    pub(crate) byte_offset: Int,
+    pub(crate) component_type: Int,
+    #[serde(default)]
+    pub(crate) normalized: bool,
+    pub(crate) count: Int,
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    pub(crate) sparse: Option<Box<Sparse>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Sparse {
+    pub(crate) count: Int,
+    pub(crate) indices: SparseIndices,
+    pub(crate) values: SparseValues,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseIndices {
+    pub(crate) buffer_view: Int,
+    #[serde(default)]
+    pub(crate) byte_offset: Int,
+    pub(crate) component_type: Int,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseValues {
+    pub(crate) buffer_view: Int,
+    #[serde(default)]
+    pub(crate) byte_offset: Int,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct BufferView {
+    pub(crate) buffer: Int,
+    #[serde(default)]
+    pub(crate) byte_offset: Int,
+    pub(crate) byte_length: Int,
+    pub(crate) byte_stride: Option<Int>,
+    pub(crate) extensions: Extensions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Buffer {
+    pub(crate) uri: Option<String>,
+    pub(crate) byte_length: Int,
+}
+
+/// Parses the JSON; an error names the object inside the document, and not only a column of its one long line.
+pub(crate) fn parse(json: &[u8]) -> Result<Document> {
+    // Padding of the GLB chunk and a byte order mark are not JSON, and common.
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    let end = json.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
+    let json = &json[..end];
+    if json.iter().all(u8::is_ascii_whitespace) {
+        return Err(Fault::Format("its JSON is empty".into()));
+    }
+    let text = std::str::from_utf8(json)
+        .map_err(|e| Fault::Format(format!("its JSON is not UTF-8 (byte {})", e.valid_up_to())))?;
+    serde_json::from_str(text).map_err(|quick| {
+        // Only a refused file pays for the second pass that tracks the path.
+        let mut reader = serde_json::Deserializer::from_str(text);
+        match serde_path_to_error::deserialize::<_, Document>(&mut reader) {
+            Err(e) if e.path().iter().next().is_some() => {
+                Fault::Format(format!("{} in its JSON: {}", e.path(), e.inner()))
+            }
+            _ => Fault::Format(format!("its JSON cannot be parsed: {quick}")),
+        }
+    })
+}
+
+/// Looks up `index` in a top-level array for the object `place`.
+pub(crate) fn get<'a, T>(items: &'a [T], index: Int, kind: &str, place: &str) -> Result<&'a T> {
+    items.get(index.index()).ok_or_else(|| Fault::no_such(place, kind, index.index(), items.len()))
+}
+
+/// The extension `name` of an object, if it has it.
+pub(crate) fn extension<'a>(extensions: &'a Extensions, name: &str) -> Option<&'a Value> {
+    extensions.as_deref()?.get(name)
+}

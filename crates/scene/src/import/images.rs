@@ -1,0 +1,155 @@
+//! Images: found, decoded once each and in parallel, with limits; a broken one costs a warning and not the picture.
+
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{ImageFormat, ImageReader, Limits};
+use rayon::prelude::*;
+
+use super::buffers::Buffers;
+use super::document::{Document, Int, get};
+use super::error::{Fault, Result};
+use super::uri;
+use super::warnings::Warnings;
+use crate::{Image, LoadOptions};
+
+/// All images together may have this many times the pixels of the largest one.
+const TOTAL_FACTOR: u64 = 16;
+
+/// Where the bytes of images come from, and how large they may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sources<'a> {
+    pub(crate) document: &'a Document,
+    pub(crate) buffers: &'a Buffers<'a>,
+    pub(crate) folder: &'a Path,
+    pub(crate) options: &'a LoadOptions,
+}
+
+/// Decoded images, and where each glTF image went.
+#[derive(Debug, Default)]
+pub(crate) struct Decoded {
+    pub(crate) images: Vec<Image>,
+    /// glTF image index → index into `images`; absent when it could not be read.
+    pub(crate) slots: HashMap<usize, usize>,
+    pub(crate) warnings: Warnings,
+}
+
+/// Decodes the glTF images of `wanted` (ascending, no duplicates).
+pub(crate) fn decode_all(sources: Sources, wanted: &[usize]) -> Decoded {
+    // Two glTF images may share a URI or a view: the later ones follow the first.
+    let mut first_of: HashMap<(Option<&str>, Option<Int>), usize> = HashMap::new();
+    let mut unique = Vec::new();
+    let mut leader = HashMap::new();
+    for &index in wanted {
+        let key = sources.document.images.get(index).map(|json| (json.uri.as_deref(), json.buffer_view));
+        let first = match key {
+            Some(key) => *first_of.entry(key).or_insert(index),
+            None => index,
+        };
+        if first == index {
+            unique.push(index);
+        }
+        leader.insert(index, first);
+    }
+
+    let mut out = Decoded::default();
+    let sized: Vec<_> = unique.par_iter().map(|&index| sources.open(index)).collect();
+    // Sizes first, so that the sum is known before any pixel is in memory.
+    let most = sources.options.max_image_pixels.saturating_mul(TOTAL_FACTOR);
+    let mut total = 0_u64;
+    let admitted: Vec<_> = sized
+        .into_iter()
+        .map(|encoded| {
+            let encoded = encoded?;
+            let pixels = encoded.pixels();
+            if total + pixels > most {
+                let cause = format!("would bring all images to more than {most} pixels");
+                return Err(Fault::too_large(format!("image {}", encoded.index), cause));
+            }
+            total += pixels;
+            Ok(encoded)
+        })
+        .collect();
+    let decoded: Vec<_> = admitted.into_par_iter().map(|encoded| encoded.and_then(|e| sources.decode(&e))).collect();
+
+    for (&index, result) in unique.iter().zip(decoded) {
+        match result {
+            Ok(image) => {
+                out.slots.insert(index, out.images.len());
+                out.images.push(image);
+            }
+            Err(fault) => out.warnings.push(format!("A texture is left out: {}.", fault.reason())),
+        }
+    }
+    for &index in wanted {
+        if let Some(&slot) = out.slots.get(&leader[&index]) {
+            out.slots.insert(index, slot);
+        }
+    }
+    out
+}
+
+/// An image file whose header has been read and found within the limits.
+struct Encoded<'a> {
+    index: usize,
+    name: String,
+    bytes: std::borrow::Cow<'a, [u8]>,
+    format: ImageFormat,
+    size: (u32, u32),
+}
+
+impl Encoded<'_> {
+    fn pixels(&self) -> u64 {
+        u64::from(self.size.0) * u64::from(self.size.1)
+    }
+}
+
+impl<'a> Sources<'a> {
+    fn open(&self, index: usize) -> Result<Encoded<'a>> {
+        let place = format!("image {index}");
+        let json = get(&self.document.images, Int(index as u64), "image", "a texture")?;
+        let (bytes, name): (std::borrow::Cow<[u8]>, _) = match (&json.uri, json.buffer_view) {
+            (Some(uri), _) => {
+                let name = if uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) { &place } else { uri };
+                (uri::read(uri, self.folder, self.options.max_buffer_bytes, &place)?.into(), uri::shown(name))
+            }
+            (None, Some(view)) => (self.buffers.view(view, &place)?.bytes.into(), place.clone()),
+            (None, None) => return Err(Fault::invalid(place, "has neither a URI nor a bufferView")),
+        };
+        if bytes.is_empty() {
+            return Err(Fault::invalid(place, "has no bytes"));
+        }
+        // The bytes decide, not the MIME type: files exist that state the wrong one.
+        let format = match image::guess_format(&bytes) {
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+            _ => return Err(Fault::invalid(place, "is neither PNG nor JPEG")),
+        };
+        let size = ImageReader::with_format(Cursor::new(&bytes), format)
+            .into_dimensions()
+            .map_err(|e| Fault::invalid(&place, format!("cannot be decoded ({e})")))?;
+        let encoded = Encoded { index, name, bytes, format, size };
+        if encoded.pixels() == 0 {
+            return Err(Fault::invalid(place, "has no pixels"));
+        }
+        if encoded.pixels() > self.options.max_image_pixels {
+            let cause =
+                format!("has {} × {} pixels, above the limit of {}", size.0, size.1, self.options.max_image_pixels);
+            return Err(Fault::too_large(place, cause));
+        }
+        Ok(encoded)
+    }
+
+    fn decode(&self, encoded: &Encoded) -> Result<Image> {
+        let mut limits = Limits::default();
+        // 16-bit RGBA is the widest pixel; decoders may hold it twice.
+        limits.max_alloc = Some(encoded.pixels().saturating_mul(16) + (16 << 20));
+        let mut reader = ImageReader::with_format(Cursor::new(&encoded.bytes), encoded.format);
+        reader.limits(limits);
+        let image = reader
+            .decode()
+            .map_err(|e| Fault::invalid(format!("image {}", encoded.index), format!("cannot be decoded ({e})")))?;
+        let rgba = image.into_rgba8();
+        Ok(Image { name: encoded.name.clone(), width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() })
+    }
+}

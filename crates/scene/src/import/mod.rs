@@ -1,0 +1,123 @@
+//! The glTF 2.0 importer.
+//!
+//! [`load`] goes once through the file: container and JSON ([`glb`], [`document`]), extensions ([`extensions`]), the node
+//! hierarchy ([`nodes`]), then, in parallel, images ([`images`]) and primitives ([`primitives`], over [`accessor`] and
+//! [`buffers`]). Nothing is trusted: every index, offset and count is checked where it is used, and what can be done
+//! without (textures, lights, factors out of range) costs a warning and not the picture.
+
+mod accessor;
+mod buffers;
+mod cameras;
+mod document;
+mod error;
+mod extensions;
+mod glb;
+mod images;
+mod lights;
+mod material_extensions;
+mod materials;
+mod nodes;
+mod normals;
+mod primitives;
+mod shapes;
+mod tangents;
+mod textures;
+mod triangles;
+mod uri;
+mod warnings;
+
+use std::path::Path;
+
+use self::accessor::Accessors;
+use self::buffers::Buffers;
+use self::document::Document;
+pub use self::error::LoadError;
+use self::error::{Fault, Result};
+use self::images::Sources;
+use self::warnings::Warnings;
+use crate::Scene;
+
+/// What to load of a file, and how much memory it may ask for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Index of the scene to show; `None` takes the file's default, else its first.
+    pub scene: Option<usize>,
+    /// Most pixels of one image; a larger one is left out with a warning. All images together may have 16 times as many.
+    pub max_image_pixels: u64,
+    /// Most bytes of the scene file, and of each file or data URI that it refers to.
+    pub max_buffer_bytes: u64,
+    /// Bytes of vertices and triangles that any file may ask for. A file whose own buffers are larger than an eighth of
+    /// this may ask for eight times its buffers.
+    pub max_geometry_bytes: u64,
+    /// Most placed meshes.
+    pub max_instances: usize,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            scene: None,
+            max_image_pixels: 64 << 20,
+            max_buffer_bytes: 16 << 30,
+            max_geometry_bytes: 1 << 30,
+            max_instances: 4 << 20,
+        }
+    }
+}
+
+/// Loads a .glb or .gltf file with everything it refers to.
+///
+/// # Errors
+/// When the file or a buffer of it cannot be read, is no glTF 2.0, requires an unknown extension, breaks rules that leave
+/// nothing sensible to draw (accessors and indices out of range, node cycles), or asks for more than `options` allow.
+/// Everything that can be done without ends up in [`Scene::warnings`] instead.
+pub fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, LoadError> {
+    read(path, options).map_err(|fault| fault.at(path))
+}
+
+/// A whole file, for readers outside the importer.
+pub(crate) fn read_file(path: &Path, limit: u64) -> std::result::Result<Vec<u8>, LoadError> {
+    uri::read_file(path, limit, "the file").map_err(|fault| fault.at(path))
+}
+
+fn read(path: &Path, options: &LoadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let file = uri::read_file(path, options.max_buffer_bytes, "the file")?;
+    let container = glb::split(&file, &mut warnings)?;
+    let document = document::parse(container.json)?;
+    check_version(&document)?;
+    let extensions = extensions::check(&document, &mut warnings)?;
+
+    // A bare file name has an empty parent, which no file system knows.
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let buffers = Buffers::new(&document, folder, container.bin, options.max_buffer_bytes);
+    let accessors = Accessors { document: &document, buffers: &buffers };
+    let sources = Sources { document: &document, buffers: &buffers, folder, options };
+
+    let placed = nodes::place(&document, options.scene, &mut warnings)?;
+    let mut scene = Scene {
+        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        extensions,
+        cameras: cameras::read(&document, &placed, &mut warnings)?,
+        lights: lights::read(&document, &placed, &mut warnings),
+        ..Scene::default()
+    };
+    shapes::read(&mut scene, &accessors, sources, &placed, &mut warnings)?;
+    scene.warnings = warnings.into_texts();
+    Ok(scene)
+}
+
+fn check_version(document: &Document) -> Result<()> {
+    let asset = &document.asset;
+    let needed = asset.min_version.as_deref().unwrap_or(&asset.version);
+    let major = needed.split('.').next();
+    let supported = match &asset.min_version {
+        // A later 2.x may be read when the file says that 2.0 is enough.
+        Some(min) => min == "2.0",
+        None => major == Some("2"),
+    };
+    if supported {
+        return Ok(());
+    }
+    Err(Fault::Format(format!("it needs glTF version {}, and only 2.0 is supported", uri::shown(needed))))
+}

@@ -1,0 +1,164 @@
+//! The node hierarchy: checked to be a forest, then walked without recursion, in f64.
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+
+use super::document::{Document, Int, Node};
+use super::error::{Fault, Result};
+use super::warnings::Warnings;
+
+/// A node of the chosen scene and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    /// glTF node index.
+    pub(crate) node: usize,
+    /// Node to world.
+    pub(crate) to_world: DAffine3,
+}
+
+/// All nodes of the chosen scene, in the order of their indices.
+///
+/// The scene is `wanted`, else the file's default, else its first, else all nodes without a parent.
+pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut Warnings) -> Result<Vec<Placed>> {
+    let parents = parents(document)?;
+    let roots = roots(document, wanted, &parents, warnings)?;
+    let mut placed = Vec::new();
+    let mut stack: Vec<(usize, DAffine3)> = roots.iter().rev().map(|&root| (root, DAffine3::IDENTITY)).collect();
+    // Every node has at most one parent and roots have none, so nothing is met twice and the walk ends.
+    while let Some((index, parent)) = stack.pop() {
+        let node = &document.nodes[index];
+        let to_world = parent * local(node, index, warnings);
+        placed.push(Placed { node: index, to_world });
+        stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world)));
+    }
+    placed.sort_unstable_by_key(|p| p.node);
+    Ok(placed)
+}
+
+/// The parent of each node; refuses two parents, children that do not exist, and cycles.
+fn parents(document: &Document) -> Result<Vec<Option<u32>>> {
+    let nodes = &document.nodes;
+    let mut parents: Vec<Option<u32>> = vec![None; nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        for child in &node.children {
+            let place = || format!("node {index}");
+            let Some(parent) = parents.get_mut(child.index()) else {
+                return Err(Fault::no_such(place(), "node", child.index(), nodes.len()));
+            };
+            if child.index() == index {
+                return Err(Fault::invalid(place(), "is its own child"));
+            }
+            match *parent {
+                Some(other) if other as usize == index => {
+                    return Err(Fault::invalid(place(), format!("names node {} twice as a child", child.index())));
+                }
+                Some(other) => {
+                    let cause = format!("is a child of both node {other} and node {index}");
+                    return Err(Fault::invalid(format!("node {}", child.index()), cause));
+                }
+                None => *parent = Some(index as u32),
+            }
+        }
+    }
+    // With one parent each, whatever no root reaches is on a cycle or hangs from one.
+    let mut reached = vec![false; nodes.len()];
+    let mut stack: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
+    while let Some(index) = stack.pop() {
+        reached[index] = true;
+        stack.extend(nodes[index].children.iter().map(|c| c.index()));
+    }
+    match reached.iter().position(|&reached| !reached) {
+        Some(index) => Err(Fault::invalid(format!("node {index}"), "is below itself: the node hierarchy has a cycle")),
+        None => Ok(parents),
+    }
+}
+
+fn roots(
+    document: &Document,
+    wanted: Option<usize>,
+    parents: &[Option<u32>],
+    warnings: &mut Warnings,
+) -> Result<Vec<usize>> {
+    let scenes = &document.scenes;
+    let chosen = match (wanted, document.scene) {
+        (Some(index), _) if index < scenes.len() => Some(index),
+        (Some(index), _) => return Err(Fault::no_such("the choice of a scene", "scene", index, scenes.len())),
+        (None, Some(default)) if default.index() < scenes.len() => Some(default.index()),
+        (None, Some(default)) => {
+            return Err(Fault::no_such("the default scene", "scene", default.index(), scenes.len()));
+        }
+        (None, None) if scenes.is_empty() => None,
+        (None, None) => Some(0),
+    };
+    let Some(chosen) = chosen else {
+        if !document.nodes.is_empty() {
+            warnings.push("The file has no scene; all its nodes are shown.");
+        }
+        return Ok((0..document.nodes.len()).filter(|&i| parents[i].is_none()).collect());
+    };
+    let place = format!("scene {chosen}");
+    let mut seen = std::collections::HashSet::new();
+    let mut roots = Vec::new();
+    for root in scenes[chosen].nodes.iter().map(|root| root.index()) {
+        match parents.get(root) {
+            None => return Err(Fault::no_such(place, "node", root, document.nodes.len())),
+            Some(Some(parent)) => {
+                let cause = format!("has node {root} as a root, but that is a child of node {parent}");
+                return Err(Fault::invalid(place, cause));
+            }
+            Some(None) if !seen.insert(root) => {
+                return Err(Fault::invalid(place, format!("names node {root} twice")));
+            }
+            Some(None) => roots.push(root),
+        }
+    }
+    Ok(roots)
+}
+
+/// A node's own transform.
+fn local(node: &Node, index: usize, warnings: &mut Warnings) -> DAffine3 {
+    if let Some(m) = &node.matrix {
+        let m = DMat4::from_cols_array(m);
+        if m.row(3) != glam::DVec4::W {
+            warnings.push(format!("The matrix of node {index} is not affine; its last row is ignored."));
+        }
+        return DAffine3::from_mat3_translation(DMat3::from_mat4(m), m.w_axis.truncate());
+    }
+    let rotation = match node.rotation.map(DQuat::from_array) {
+        None => DQuat::IDENTITY,
+        Some(q) => {
+            let length = q.length();
+            if (length - 1.0).abs() > 1e-2 {
+                warnings.push(format!("The rotation of node {index} is no unit quaternion; it is normalised."));
+            }
+            if length > 0.0 && length.is_finite() { q / length } else { DQuat::IDENTITY }
+        }
+    };
+    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
+    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+/// The name of a node, or of what hangs on it, or nothing.
+pub(crate) fn name_of(node: &Node, own: Option<&String>) -> String {
+    node.name.as_ref().or(own).cloned().unwrap_or_default()
+}
+
+/// Whether a placement can show anything: finite, and not shrunk to a point.
+pub(crate) fn drawable(placed: &Placed, warnings: &mut Warnings) -> bool {
+    if !placed.to_world.is_finite() {
+        warnings.push(format!("Node {} is not shown: its transform is not finite.", placed.node));
+        return false;
+    }
+    placed.to_world.matrix3 != DMat3::ZERO
+}
+
+/// The index of a node's mesh, checked.
+pub(crate) fn mesh_of(document: &Document, index: usize) -> Result<Option<usize>> {
+    let Some(mesh) = document.nodes[index].mesh.map(Int::index) else {
+        return Ok(None);
+    };
+    if mesh >= document.meshes.len() {
+        return Err(Fault::no_such(format!("node {index}"), "mesh", mesh, document.meshes.len()));
+    }
+    Ok(Some(mesh))
+}

@@ -1,0 +1,165 @@
+//! Textures: an image with a sampler, and how a material looks it up.
+
+use std::collections::{BTreeSet, HashMap};
+
+use glam::{Affine2, Vec2};
+use serde::Deserialize;
+
+use super::document::{Document, Int, TextureInfo, extension, get};
+use super::images::Decoded;
+use super::warnings::Warnings;
+use crate::{Filter, Texture, TextureRef, Wrap};
+
+/// Coordinate sets above this are refused: every vertex would carry them all.
+pub(crate) const MAX_UV_SETS: u64 = 8;
+
+const NEAREST: u64 = 9728;
+const CLAMP_TO_EDGE: u64 = 33071;
+const MIRRORED_REPEAT: u64 = 33648;
+const REPEAT: u64 = 10497;
+
+/// A texture reference of a material with everything but its final index.
+#[derive(Clone, Debug)]
+pub(crate) struct Lookup {
+    /// glTF texture index, in range.
+    texture: usize,
+    pub(crate) uv_set: u32,
+    pub(crate) transform: Option<Affine2>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct TransformJson {
+    #[serde(default)]
+    offset: [f32; 2],
+    #[serde(default)]
+    rotation: f32,
+    scale: Option<[f32; 2]>,
+    tex_coord: Option<Int>,
+}
+
+/// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads nowhere.
+pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warnings: &mut Warnings) -> Option<Lookup> {
+    if let Err(fault) = get(&document.textures, info.index, "texture", place) {
+        warnings.push(format!("A texture is left out: {}.", fault.reason()));
+        return None;
+    }
+    let mut uv_set = info.tex_coord;
+    let mut transform = None;
+    if let Some(json) = extension(&info.extensions, "KHR_texture_transform") {
+        match TransformJson::deserialize(json) {
+            Ok(json) => {
+                uv_set = json.tex_coord.unwrap_or(uv_set);
+                transform = affine(&json);
+                if transform.is_some_and(|t| !t.is_finite()) {
+                    warnings.push(format!("KHR_texture_transform of {place} is not finite and is ignored."));
+                    transform = None;
+                }
+            }
+            Err(e) => warnings.push(format!("KHR_texture_transform of {place} is ignored: {e}.")),
+        }
+    }
+    if uv_set.0 >= MAX_UV_SETS {
+        warnings.push(format!(
+            "A texture of {place} is left out: it uses TEXCOORD_{}, and sets up to TEXCOORD_{} are read.",
+            uv_set.0,
+            MAX_UV_SETS - 1
+        ));
+        return None;
+    }
+    Some(Lookup { texture: info.index.index(), uv_set: uv_set.0 as u32, transform })
+}
+
+/// uv′ = offset + R · (scale · uv). The extension counts the angle counter-clockwise in an image whose v points down,
+/// so the matrix turns (u, v) by the negative angle.
+fn affine(json: &TransformJson) -> Option<Affine2> {
+    let scale = Vec2::from(json.scale.unwrap_or([1.0, 1.0]));
+    let affine = Affine2::from_scale_angle_translation(scale, -json.rotation, Vec2::from(json.offset));
+    (affine != Affine2::IDENTITY).then_some(affine)
+}
+
+/// The glTF image behind a texture: its core `source`. Extensions with images of other formats are not read.
+fn image_of(document: &Document, texture: usize) -> Option<usize> {
+    document.textures.get(texture)?.source.map(Int::index)
+}
+
+/// The images that these lookups need, ascending.
+pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a Lookup>) -> Vec<usize> {
+    let set: BTreeSet<usize> = lookups.filter_map(|l| image_of(document, l.texture)).collect();
+    set.into_iter().collect()
+}
+
+/// Turns lookups into [`TextureRef`]s and collects the distinct textures.
+#[derive(Debug)]
+pub(crate) struct Binder<'a> {
+    document: &'a Document,
+    decoded: &'a Decoded,
+    slots: HashMap<Texture, usize>,
+    /// The scene's textures.
+    pub(crate) textures: Vec<Texture>,
+    /// Textures without a readable source, samplers out of range.
+    pub(crate) warnings: Warnings,
+}
+
+impl<'a> Binder<'a> {
+    pub(crate) fn new(document: &'a Document, decoded: &'a Decoded) -> Self {
+        Self { document, decoded, slots: HashMap::new(), textures: Vec::new(), warnings: Warnings::default() }
+    }
+
+    /// `None` when the image could not be read (it has been warned of).
+    pub(crate) fn bind(&mut self, lookup: Option<&Lookup>) -> Option<TextureRef> {
+        let lookup = lookup?;
+        let Some(image) = image_of(self.document, lookup.texture) else {
+            let json = self.document.textures.get(lookup.texture)?;
+            let reason = match json.extensions.as_deref().and_then(|e| e.keys().next()) {
+                Some(name) => format!("has its image only in the extension {name}, which is not supported"),
+                None => "has no source".into(),
+            };
+            self.warnings.push(format!("A texture is left out: texture {} {reason}.", lookup.texture));
+            return None;
+        };
+        let &image = self.decoded.slots.get(&image)?;
+        let texture = self.sampled(lookup.texture, image);
+        let index = match self.slots.get(&texture) {
+            Some(&index) => index,
+            None => {
+                self.textures.push(texture.clone());
+                self.slots.insert(texture, self.textures.len() - 1);
+                self.textures.len() - 1
+            }
+        };
+        Some(TextureRef { texture: index, uv_set: lookup.uv_set, transform: lookup.transform })
+    }
+
+    fn sampled(&mut self, index: usize, image: usize) -> Texture {
+        let place = format!("texture {index}");
+        let mut texture = Texture { image, wrap_s: Wrap::Repeat, wrap_t: Wrap::Repeat, filter: Filter::Linear };
+        let Some(sampler) = self.document.textures.get(index).and_then(|t| t.sampler) else {
+            return texture;
+        };
+        match get(&self.document.samplers, sampler, "sampler", &place) {
+            Ok(json) => {
+                let place = format!("sampler {}", sampler.index());
+                texture.wrap_s = wrap(json.wrap_s, &place, &mut self.warnings);
+                texture.wrap_t = wrap(json.wrap_t, &place, &mut self.warnings);
+                if json.mag_filter == Some(Int(NEAREST)) {
+                    texture.filter = Filter::Nearest;
+                }
+            }
+            Err(fault) => self.warnings.push(format!("A sampler is replaced by the default: {}.", fault.reason())),
+        }
+        texture
+    }
+}
+
+fn wrap(json: Option<Int>, place: &str, warnings: &mut Warnings) -> Wrap {
+    match json.map_or(REPEAT, |v| v.0) {
+        REPEAT => Wrap::Repeat,
+        CLAMP_TO_EDGE => Wrap::ClampToEdge,
+        MIRRORED_REPEAT => Wrap::MirroredRepeat,
+        other => {
+            warnings.push(format!("The wrap mode {other} of {place} is unknown; the texture repeats."));
+            Wrap::Repeat
+        }
+    }
+}

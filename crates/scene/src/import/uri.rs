@@ -1,0 +1,116 @@
+//! URIs: `data:`, and relative paths that stay inside the scene's folder.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::percent_decode_str;
+
+use super::error::{Fault, Result};
+
+/// Padding may be missing and stray bits set: exporters do both.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
+
+/// Reads what a URI refers to; `place` is the object that holds it.
+pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
+    match uri.get(..5) {
+        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => decode_data(&uri[5..], limit, place),
+        _ => read_file(&resolve(uri, folder, place)?, limit, place),
+    }
+}
+
+/// A URI as shown in messages: data URIs are cut.
+pub(crate) fn shown(uri: &str) -> String {
+    const LONGEST: usize = 80;
+    if uri.len() <= LONGEST {
+        return uri.to_owned();
+    }
+    let head: String = uri.chars().take(LONGEST - 1).collect();
+    format!("{head}…")
+}
+
+fn decode_data(rest: &str, limit: u64, place: &str) -> Result<Vec<u8>> {
+    let Some((media, payload)) = rest.split_once(',') else {
+        return Err(Fault::invalid(place, "has a data: URI without a comma"));
+    };
+    if payload.len() as u64 / 4 * 3 > limit {
+        return Err(Fault::too_large(place, format!("has a data: URI of more than {limit} bytes")));
+    }
+    let bytes: Vec<u8> = percent_decode_str(payload).collect();
+    if !media.trim_end().to_ascii_lowercase().ends_with(";base64") {
+        return Ok(bytes);
+    }
+    BASE64.decode(&bytes).map_err(|e| Fault::invalid(place, format!("has a data: URI that is not base64: {e}")))
+}
+
+/// The file that a relative URI names; refuses to leave the folder, by `..`, absolute paths, schemes or links.
+fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
+    let refuse = |cause: String| Err(Fault::invalid(place, cause));
+    if uri.is_empty() {
+        return refuse("has an empty URI".into());
+    }
+    if let Some((scheme, _)) = uri.split_once(':')
+        && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
+        && !scheme.is_empty()
+    {
+        return refuse(format!("has the URI {}, and only data: and relative ones are read", shown(uri)));
+    }
+    let Ok(decoded) = percent_decode_str(uri).decode_utf8() else {
+        return refuse(format!("has the URI {}, which is not UTF-8 once decoded", shown(uri)));
+    };
+    if decoded.contains('\0') {
+        return refuse(format!("has the URI {}, which holds a zero byte", shown(uri)));
+    }
+    // A name with a literal % that exporters forgot to encode exists as it stands.
+    let plain = [decoded.as_ref(), uri].into_iter().find(|name| folder.join(name).exists()).unwrap_or(&decoded);
+    // Windows exporters write back-slashes.
+    let name =
+        if plain.contains('\\') && !folder.join(plain).exists() { plain.replace('\\', "/") } else { plain.into() };
+
+    let mut depth = 0_i32;
+    for component in Path::new(&name).components() {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir => depth -= 1,
+            Component::RootDir | Component::Prefix(_) => depth = -1,
+        }
+        if depth < 0 {
+            return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
+        }
+    }
+    let path = folder.join(&name);
+    // Links could still lead out. A missing file is told when it is opened.
+    if let (Ok(real), Ok(root)) = (path.canonicalize(), folder.canonicalize())
+        && !real.starts_with(&root)
+    {
+        return refuse(format!("has the URI {}, a link that leaves the scene's folder", shown(uri)));
+    }
+    Ok(path)
+}
+
+/// Reads a whole file, refusing one above the limit before its bytes are in memory.
+pub(crate) fn read_file(path: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
+    let fault = |e: std::io::Error| Fault::Read { path: path.to_path_buf(), kind: e.kind(), text: e.to_string() };
+    let file = File::open(path).map_err(fault)?;
+    let metadata = file.metadata().map_err(fault)?;
+    if metadata.is_dir() {
+        return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let too_large = || Fault::too_large(place, format!("is {} with more than {limit} bytes", path.display()));
+    if metadata.len() > limit {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    // Devices and growing files have no honest length.
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(fault)?;
+    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+}

@@ -1,0 +1,227 @@
+//! Real files: every valid one of a corpus loads with the triangles that its index states, and no malformed one panics or
+//! hangs. Runs where `SURELIGHT_CORPUS` names the folder; prints a table of every file with its outcome.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use surelight_scene::{LoadOptions, load, load_environment};
+
+/// No file may take longer.
+const LIMIT: Duration = Duration::from_secs(10);
+
+/// Files that need an extension which is not there yet: refused with its name.
+const NEEDS_EXTENSION: &[&str] = &[
+    "StainedGlassLamp-KTX-BasisU/StainedGlassLamp.gltf",
+    "AnimatedMorphCube-Quantized/AnimatedMorphCube.gltf",
+    "Box-Draco/Box.gltf",
+    "Carbon60Sphere-Draco.glb",
+    "Duck-Draco/Duck.gltf",
+    "Duck-Quantized/Duck.gltf",
+    "GrassFieldInstanced.glb",
+    "RiggedFigure-Draco/RiggedFigure.gltf",
+    "SimpleInstancing.glb",
+    "StanfordBunny-meshopt.glb",
+    "ChessBoard-Draco.glb",
+    "HotelRoom-meshopt.glb",
+    "JapaneseBridgeGarden-meshopt.glb",
+    "EgyptianCat-WebP.glb",
+    "ClearCoatCarPaint.glb",
+    "IridescenceSuzanne.glb",
+];
+
+fn corpus() -> Option<PathBuf> {
+    let folder = std::env::var_os("SURELIGHT_CORPUS").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("SURELIGHT_CORPUS is not set: nothing is checked.");
+    }
+    folder
+}
+
+/// What loading a file gave: triangles (or texels) and warnings, or the message.
+type Outcome = Result<(usize, Vec<String>), String>;
+
+/// Loads in a thread of its own; `None` when the thread panicked, and a panic of this test when it hangs.
+fn attempt(path: &Path) -> Option<Outcome> {
+    let (sender, receiver) = mpsc::channel();
+    let owned = path.to_path_buf();
+    let thread = std::thread::spawn(move || {
+        let kind = owned.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let outcome = if matches!(kind.as_deref(), Some("exr" | "hdr")) {
+            load_environment(&owned).map(|map| {
+                assert!(map.texels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0));
+                (map.texels.len(), Vec::new())
+            })
+        } else {
+            load(&owned, &LoadOptions::default()).map(|scene| {
+                check(&scene);
+                (scene.triangle_count(), scene.warnings)
+            })
+        };
+        let _ = sender.send(outcome.map_err(|e| e.to_string()));
+    });
+    match receiver.recv_timeout(LIMIT) {
+        Ok(outcome) => Some(outcome),
+        Err(mpsc::RecvTimeoutError::Disconnected) => {
+            assert!(thread.join().is_err());
+            None
+        }
+        Err(mpsc::RecvTimeoutError::Timeout) => panic!("{} takes longer than {LIMIT:?}", path.display()),
+    }
+}
+
+/// The promises of the data model's documentation.
+fn check(scene: &surelight_scene::Scene) {
+    for mesh in &scene.meshes {
+        let n = mesh.positions.len();
+        assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < n));
+        assert!(mesh.normals.as_ref().is_none_or(|v| v.len() == n && v.iter().all(|v| v.is_normalized())));
+        assert!(mesh.tangents.as_ref().is_none_or(|v| v.len() == n));
+        let tangents = mesh.tangents.iter().flatten();
+        assert!(tangents.clone().all(|t| t.truncate().is_normalized() && t.w.abs() == 1.0));
+        assert!(mesh.uvs.iter().all(|set| set.len() == n && set.iter().all(|uv| uv.is_finite())));
+        assert!(mesh.colors.as_ref().is_none_or(|v| v.len() == n && v.iter().all(|c| c.is_finite())));
+        let material = &scene.materials[mesh.material];
+        assert!(mesh.tangents.is_some() || material.normal_texture.is_none());
+        for (texture, what) in [
+            (&material.base_color_texture, "base colour"),
+            (&material.metallic_roughness_texture, "metallic-roughness"),
+            (&material.emissive_texture, "emissive"),
+        ] {
+            if let Some(texture) = texture {
+                assert!((texture.uv_set as usize) < mesh.uvs.len(), "{what}");
+            }
+        }
+    }
+    for material in &scene.materials {
+        assert!(material.emissive.iter().all(|c| c.is_finite() && *c >= 0.0));
+        assert!((0.0..=1.0).contains(&material.roughness) && (0.0..=1.0).contains(&material.metallic));
+    }
+    assert!(scene.textures.iter().all(|t| t.image < scene.images.len()));
+    for image in &scene.images {
+        assert_eq!(image.rgba.len(), image.width as usize * image.height as usize * 4);
+    }
+    assert!(scene.instances.iter().all(|i| i.mesh < scene.meshes.len() && i.to_world.is_finite()));
+    let framed = scene.frame_camera(1.5);
+    assert!(framed.to_world.is_finite());
+}
+
+/// File → (stored, placed) triangles, from the tables of INDEX.md.
+fn index(corpus: &Path) -> Vec<(PathBuf, usize)> {
+    let text = std::fs::read_to_string(corpus.join("INDEX.md")).expect("INDEX.md");
+    let mut section = "";
+    let mut files = Vec::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("## ") {
+            section = name.trim();
+        }
+        if !["materials", "geometry", "textures", "scenes"].contains(&section) {
+            continue;
+        }
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, file, _, _, _, triangles, ..] = cells[..] else { continue };
+        if !(file.ends_with(".glb") || file.ends_with(".gltf")) {
+            continue;
+        }
+        // "stored / placed" where they differ.
+        let placed = triangles.rsplit('/').next().and_then(|n| n.trim().parse().ok()).expect(line);
+        files.push((corpus.join(section).join(file), placed));
+    }
+    files
+}
+
+#[test]
+fn valid_files_load_with_their_triangles() {
+    let Some(corpus) = corpus() else { return };
+    let files = index(&corpus);
+    assert!(files.len() > 60, "INDEX.md lists {} files", files.len());
+    let mut failures = Vec::new();
+    for (path, expected) in files {
+        let short = path.strip_prefix(&corpus).unwrap_or(&path).display().to_string();
+        let start = Instant::now();
+        let outcome = attempt(&path);
+        let ms = start.elapsed().as_millis();
+        let later = NEEDS_EXTENSION.iter().any(|name| path.ends_with(name));
+        match outcome {
+            Some(Ok((triangles, warnings))) => {
+                println!("{ms:5} ms  {triangles:8} triangles  {short}  {warnings:?}");
+                if triangles != expected && !later {
+                    failures.push(format!("{short}: {triangles} triangles, and the index states {expected}"));
+                }
+            }
+            Some(Err(message)) => {
+                println!("{ms:5} ms  refused  {short}: {message}");
+                if !later {
+                    failures.push(message);
+                }
+            }
+            None => failures.push(format!("{short}: panicked")),
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// Files below a folder whose names end like scenes or environment maps.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if matches!(path.extension().and_then(|e| e.to_str()), Some("gltf" | "glb" | "exr" | "hdr")) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn malformed_files_are_refused_or_load_and_never_panic() {
+    let Some(corpus) = corpus() else { return };
+    let files = files_below(&corpus.join("malformed"));
+    assert!(files.len() > 200, "only {} malformed files", files.len());
+    let mut counts: HashMap<&str, usize> = HashMap::new();
+    let mut failures = Vec::new();
+    for path in files {
+        let short = path.strip_prefix(&corpus).unwrap_or(&path).display().to_string();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let kind = match attempt(&path) {
+            Some(Ok((size, warnings))) => {
+                println!("loads    {short}: {size} triangles or texels, {warnings:?}");
+                "loads"
+            }
+            Some(Err(message)) => {
+                println!("refused  {message}");
+                // One sentence that names the file.
+                if !message.contains(&name) && !message.contains("cannot read") || !message.ends_with('.') {
+                    failures.push(format!("{short}: {message:?} does not name the file"));
+                }
+                "refused"
+            }
+            None => {
+                failures.push(format!("{short}: panicked"));
+                "panicked"
+            }
+        };
+        *counts.entry(kind).or_default() += 1;
+    }
+    println!("{counts:?}");
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn environment_maps_load() {
+    let Some(corpus) = corpus() else { return };
+    for path in files_below(&corpus.join("environments")) {
+        let start = Instant::now();
+        let map = load_environment(&path).unwrap_or_else(|e| panic!("{e}"));
+        println!("{:4} ms  {} × {}  {}", start.elapsed().as_millis(), map.width, map.height, path.display());
+        assert_eq!(map.texels.len(), map.width as usize * map.height as usize);
+        assert!(map.texels.iter().flatten().any(|&c| c > 0.0));
+    }
+}
