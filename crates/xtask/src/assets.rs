@@ -4,11 +4,13 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use surelight_scene::procedural::GALLERY;
+use surelight_scene::procedural::{GALLERY, spheres};
 use surelight_scene::write_glb;
 
 /// No committed scene may be larger.
 const MOST_BYTES: usize = 300 * 1024;
+
+const SKY_KNOWN: &str = "The irradiance of a horizontal floor is Σ L·cosθ·ΔΩ over the upper texels.";
 
 /// A file of `assets/`: its name and its bytes.
 type File = (String, Vec<u8>);
@@ -64,6 +66,13 @@ fn generate() -> Result<Vec<File>, String> {
         let _ = writeln!(table, "| {name}.glb | {shows} | {known} | {triangles} | {size} |");
         files.push((format!("{name}.glb"), bytes));
     }
+    let sky = crate::sky::exr(&spheres::sky())?;
+    let _ = writeln!(
+        table,
+        "| sky.exr | A late-afternoon sky, 128 × 64, for spheres.glb. | {SKY_KNOWN} | | {} |",
+        sky.len()
+    );
+    files.push(("sky.exr".to_owned(), sky));
     files.push(("README.md".to_owned(), readme(&table).into_bytes()));
     Ok(files)
 }

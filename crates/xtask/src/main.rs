@@ -1,6 +1,8 @@
 //! `cargo xtask …`: what keeps the repository's generated files true.
 
 mod assets;
+mod references;
+mod sky;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,6 +13,8 @@ Usage: cargo xtask <COMMAND>
 Commands:
   assets          write the generated scenes, the sky and the table in assets/
   assets --check  fail when a file in assets/ differs from what the code makes
+  references DIR --surelight BINARY
+                  render the scenes of a folder and test them against its references
 ";
 
 fn main() -> ExitCode {
@@ -19,6 +23,7 @@ fn main() -> ExitCode {
     let result = match words[..] {
         ["assets"] => assets::write(&repository().join("assets")),
         ["assets", "--check"] => assets::check(&repository().join("assets")),
+        ["references", ref rest @ ..] => references::run(rest),
         ["help" | "--help" | "-h"] => {
             print!("{USAGE}");
             Ok(())

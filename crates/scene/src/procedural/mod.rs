@@ -9,7 +9,16 @@
 mod builder;
 pub mod cornell_box;
 pub mod furnace;
+pub mod glass;
+pub mod many_lights;
+mod paint;
+pub mod probes;
+pub mod quad_light;
+mod random;
 pub mod shapes;
+pub mod spheres;
+pub mod textured;
+pub mod veach_mis;
 
 use glam::DVec3;
 
@@ -41,6 +50,49 @@ pub const GALLERY: &[Entry] = &[
         shows: "A closed room, a ball and a block of different reflectance in which nothing may be seen.",
         known: "Every surface emits Le = L·(1 − ρ), so every pixel is L = Le/(1 − ρ) = (0.5, 0.25, 0.125) exactly.",
         build: furnace::furnace,
+    },
+    Entry {
+        name: "quad-light",
+        shows: "A square lamp over a floor.",
+        known: "Every floor pixel is ρ/π·L·E with E by Lambert's polygon formula, exactly.",
+        build: quad_light::quad_light,
+    },
+    Entry {
+        name: "veach-mis",
+        shows: "Four metal plates (GGX α 0.005, 0.02, 0.05, 0.1) under four spherical lights of equal power.",
+        known: "Each light's power is π·L·A, with a luminance of 36; at distance d it gives π·L·(r/d)²·cosθ to within \
+                1 %. The picture has no closed form.",
+        build: veach_mis::veach_mis,
+    },
+    Entry {
+        name: "glass",
+        shows: "A glass ball, a lens and a tinted slab under a small lamp: caustics on a diffuse floor.",
+        known: "n = 1.5: the ball's paraxial focus lies half a radius behind it; a face reflects 0.04 at normal \
+                incidence, a slab with one-way absorption τ transmits (1 − r)²τ/(1 − r²τ²). The picture has no closed \
+                form.",
+        build: glass::glass,
+    },
+    Entry {
+        name: "textured",
+        shows: "Checker, patina, tiles and a lattice: base colour, metallic-roughness, normal map and alpha mask.",
+        known: "Texel counts: the checker's two colours cover equal areas, the lattice lets through the share of its \
+                texels below the cutoff. The picture has no closed form.",
+        build: textured::textured,
+    },
+    Entry {
+        name: "many-lights",
+        shows: "A valley at night under 2,000 glowing triangles, a dozen lanterns dominating.",
+        known: "Each lantern's power is π·L·A, and light adds: the picture is the sum of those with one lantern lit. \
+                The picture itself has no closed form.",
+        build: many_lights::many_lights,
+    },
+    Entry {
+        name: "spheres",
+        shows: "Metalness (upwards) against roughness (to the right); meant for `--env assets/sky.exr`, with a soft box \
+                of its own when rendered alone.",
+        known: "The ball of metalness 1, roughness 0 shows the mirrored radiance times Schlick's F; a metal in a \
+                uniform environment shows the directional albedo of GGX.",
+        build: spheres::spheres,
     },
 ];
 

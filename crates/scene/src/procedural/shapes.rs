@@ -1,7 +1,7 @@
 //! Triangle shapes, put together in f64 and rounded to f32 once, so that they come out alike on every platform.
 
 use std::collections::HashMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec4};
 
@@ -44,6 +44,14 @@ impl Shape {
             center + half_u + half_v,
             center - half_u + half_v,
         ])
+    }
+
+    /// A rectangle with level upper and lower edges about `center`, its front towards `target` (which must not lie
+    /// straight above or below).
+    pub fn panel(center: DVec3, target: DVec3, half_width: f64, half_height: f64) -> Self {
+        let normal = (target - center).normalize();
+        let side = DVec3::Y.cross(normal).normalize();
+        Self::parallelogram(center, side * half_width, normal.cross(side) * half_height)
     }
 
     /// An axis-aligned box, its front outside: 12 flat triangles over 24 vertices.
@@ -157,6 +165,68 @@ impl Shape {
             shape.triangles.push([0, i + 1, (i + 1) % segments + 1]);
         }
         shape
+    }
+
+    /// A floor at y = 0 that curves up into a wall, as photographers use it: from z = `front` to z = −`back`, the bend
+    /// of radius `bend`, the wall up to `height`, from x = −`half_width` to `half_width`. Front above and before it.
+    pub fn cyclorama(half_width: f64, front: f64, back: f64, bend: f64, height: f64) -> Self {
+        let steps = 24;
+        let mut profile = vec![(DVec3::new(0.0, 0.0, front), DVec3::Y)];
+        for i in 0..=steps {
+            let (sin, cos) = (f64::from(i) / f64::from(steps) * FRAC_PI_2).sin_cos();
+            let normal = DVec3::new(0.0, cos, sin);
+            profile.push((DVec3::new(0.0, bend, bend - back) - normal * bend, normal));
+        }
+        profile.push((DVec3::new(0.0, height, -back), DVec3::Z));
+        let mut shape = Self::default();
+        for (point, normal) in profile {
+            for side in [-half_width, half_width] {
+                shape.positions.push(point + DVec3::X * side);
+                shape.normals.push(normal);
+            }
+        }
+        for i in 0..shape.positions.len() as u32 / 2 - 1 {
+            let [a, b, c, d] = [0, 1, 3, 2].map(|k| 2 * i + k);
+            shape.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        shape
+    }
+
+    /// A symmetric biconvex lens about the y axis: two spherical caps of curvature radius `curvature` that meet in a
+    /// sharp rim of radius `aperture`. Closed, front outside, normals of the spheres.
+    pub fn lens(curvature: f64, aperture: f64, rings: u32, segments: u32) -> Self {
+        let edge = (aperture / curvature).asin();
+        let depth = curvature * edge.cos();
+        let mut cap = Self::default();
+        let mut push = |normal: DVec3| {
+            cap.positions.push(normal * curvature - DVec3::Y * depth);
+            cap.normals.push(normal);
+        };
+        push(DVec3::Y);
+        for ring in 1..=rings {
+            let (sin, cos) = (edge * f64::from(ring) / f64::from(rings)).sin_cos();
+            for i in 0..segments {
+                let (s, c) = (f64::from(i) / f64::from(segments) * TAU).sin_cos();
+                push(DVec3::new(sin * c, cos, -sin * s));
+            }
+        }
+        for ring in 0..rings {
+            for i in 0..segments {
+                let j = (i + 1) % segments;
+                let at = |ring: u32, i: u32| if ring == 0 { 0 } else { 1 + (ring - 1) * segments + i };
+                let [a, b, c, d] = [at(ring, i), at(ring + 1, i), at(ring + 1, j), at(ring, j)];
+                cap.triangles.push([a, b, c]);
+                if ring > 0 {
+                    cap.triangles.push([a, c, d]);
+                }
+            }
+        }
+        // The rim lies in y = 0 exactly, so that the mirrored cap meets it without a gap.
+        let rim = cap.positions.len() - segments as usize;
+        cap.positions[rim..].iter_mut().for_each(|p| p.y = 0.0);
+        let below = cap.clone().transformed(&DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0)));
+        cap.append(below);
+        cap
     }
 
     /// A height field over [−1, 1]² in x and z: `2·n·n` triangles, front towards +Y, smooth normals from central
