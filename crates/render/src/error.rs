@@ -68,5 +68,7 @@ pub enum RenderError {
         /// The compiler's message.
         message: String,
     },
-    //Accel(#[from] surelight_accel::AccelError),
+    /// The scene could not be made into a BVH.
+    #[error(transparent)]
+    Accel(#[from] surelight_accel::AccelError),
 }

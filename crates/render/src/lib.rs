@@ -1,13 +1,26 @@
 //! Traces light paths on the device: upload, specialised kernels, progressive loop.
 //!
-//! This is the only crate that knows wgpu.
+//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH and decides what the kernel
+//! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met.
 
 mod compose;
 mod device;
 mod error;
 mod features;
+mod kernel;
+mod pass;
+mod prepare;
+mod progressive;
+mod reflect;
+mod renderer;
+mod upload;
 
 pub use compose::{Composed, Constant, compose};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
 pub use features::Features;
+pub use kernel::Checks;
+pub use prepare::{Prepared, Settings};
+pub use progressive::{Goal, Outcome, Progress, render};
+pub use reflect::RecordLayout;
+pub use renderer::{Counts, Renderer};

@@ -1,0 +1,33 @@
+//! From a glTF file to pixels: `cargo run --release --example minimal -p surelight-render -- scene.glb`
+
+use std::{error::Error, path::Path};
+
+use surelight_film::{Display, Film, Metadata, write_exr, write_png};
+use surelight_render::{AdapterChoice, Device, Goal, Prepared, Renderer, Settings, render};
+use surelight_scene::{Environment, LoadOptions};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).ok_or("usage: minimal SCENE [SPP]")?;
+    let spp = std::env::args().nth(2).map_or(Ok(64), |n| n.parse())?;
+    let mut scene = surelight_scene::load(Path::new(&path), &LoadOptions::default())?;
+    if !scene.has_light() {
+        scene.environment = Some(Environment::Uniform([1.0; 3]));
+    }
+    let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
+    let settings = Settings::new(256, 256);
+    let prepared = Prepared::new(&scene, &camera, &settings)?;
+
+    let device = Device::new(&AdapterChoice::Best)?;
+    let mut renderer = Renderer::new(&device, &prepared)?;
+    let mut film = Film::new(settings.width, settings.height);
+    let goal = Goal { spp: Some(spp), time: None };
+    render(&mut renderer, &mut film, &goal, &mut |_| true)?;
+    renderer.trace_features(&mut film)?;
+
+    write_png(Path::new("minimal.png"), &film, &Display::default())?;
+    write_exr(Path::new("minimal.exr"), &film, &Metadata::default())?;
+    let c = renderer.counts;
+    println!("{} paths, {:.2} Mpaths/s on {}", c.paths, c.paths as f64 / c.trace_seconds / 1e6, device.info.name);
+    println!("compile {:.3} s, trace {:.3} s, {} dispatches, {:.1} Mrays/s, dropped {}, truncated {}", renderer.compile_seconds, c.trace_seconds, c.dispatches, c.rays as f64 / c.trace_seconds/1e6, c.dropped, c.truncated);
+    Ok(())
+}

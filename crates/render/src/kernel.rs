@@ -1,0 +1,125 @@
+//! A compute pipeline with its bindings, made from what the composed shader states.
+
+use std::collections::HashMap;
+
+use crate::{
+    compose::Composed,
+    device::Device,
+    error::RenderError,
+    reflect::{Binding, bindings},
+};
+
+/// Something that can be bound, by its name in the shader.
+pub(crate) enum Resource {
+    Buffer(wgpu::Buffer),
+    Image(wgpu::TextureView),
+}
+
+/// Named resources.
+pub(crate) type Resources = HashMap<&'static str, Resource>;
+
+/// A compiled entry point and its bind groups.
+pub(crate) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    groups: Vec<(u32, wgpu::BindGroup)>,
+}
+
+/// Whether the driver's bounds checks are compiled in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Checks {
+    /// Loops are bounded, accesses are not checked: our own shaders keep to their buffers.
+    #[default]
+    Trusted,
+    /// All of WebGPU's checks; tests prove that pictures are the same, bit for bit.
+    Full,
+}
+
+impl Kernel {
+    pub(crate) fn new(
+        device: &Device,
+        shader: &Composed,
+        entry: &str,
+        checks: Checks,
+        resources: &Resources,
+    ) -> Result<Self, RenderError> {
+        device.scoped("a kernel", || {
+            let module = shader_module(&device.device, &shader.wgsl, checks);
+            let all = bindings(shader);
+            let count = all.iter().map(|b| b.group + 1).max().unwrap_or(0);
+            let groups_of = |g: u32| all.iter().filter(move |b| b.group == g);
+            let layouts: Vec<_> = (0..count)
+                .map(|g| {
+                    let entries: Vec<_> = groups_of(g).map(layout_entry).collect();
+                    let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
+                    device.device.create_bind_group_layout(&descriptor)
+                })
+                .collect();
+            let pipeline_layout = device.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(entry),
+                bind_group_layouts: &layouts.iter().map(Some).collect::<Vec<_>>(),
+                immediate_size: 0,
+            });
+            let pipeline = device.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    zero_initialize_workgroup_memory: true,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+            let groups = (0..count)
+                .map(|g| {
+                    let entries: Vec<_> = groups_of(g).map(|b| group_entry(b, resources)).collect::<Result<_, _>>()?;
+                    let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &layouts[g as usize], entries: &entries };
+                    Ok((g, device.device.create_bind_group(&descriptor)))
+                })
+                .collect::<Result<_, RenderError>>()?;
+            Ok(Self { pipeline, groups })
+        })?
+    }
+
+    /// Records a dispatch of `workgroups` along x.
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, workgroups: u32) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes: None });
+        pass.set_pipeline(&self.pipeline);
+        for (index, group) in &self.groups {
+            pass.set_bind_group(*index, group, &[]);
+        }
+        pass.dispatch_workgroups(workgroups, 1, 1);
+    }
+}
+
+#[allow(unsafe_code, reason = "the one place where bounds checks are left out")]
+fn shader_module(device: &wgpu::Device, wgsl: &str, checks: Checks) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
+    match checks {
+        Checks::Full => device.create_shader_module(source),
+        Checks::Trusted => {
+            // Loops stay bounded: drivers may assume that an unbounded one ends, and miscompile what follows.
+            let checks = wgpu::ShaderRuntimeChecks { bounds_checks: false, ..wgpu::ShaderRuntimeChecks::checked() };
+            // SAFETY: the source is composed from this project's own modules alone. Every index in them is below the length of
+            // its buffer because the host sizes buffers and records together; a test renders scenes with full checks and
+            // finds the same bits.
+            unsafe { device.create_shader_module_trusted(source, checks) }
+        }
+    }
+}
+
+fn layout_entry(b: &Binding) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry { binding: b.binding, visibility: wgpu::ShaderStages::COMPUTE, ty: b.ty, count: None }
+}
+
+fn group_entry<'a>(b: &Binding, resources: &'a Resources) -> Result<wgpu::BindGroupEntry<'a>, RenderError> {
+    let resource = match resources.get(b.name.as_str()) {
+        Some(Resource::Buffer(buffer)) => buffer.as_entire_binding(),
+        Some(Resource::Image(view)) => wgpu::BindingResource::TextureView(view),
+        None => {
+            let message = format!("the host has no resource \"{}\"", b.name);
+            return Err(RenderError::Shader { root: "bindings".into(), message });
+        }
+    };
+    Ok(wgpu::BindGroupEntry { binding: b.binding, resource })
+}

@@ -1,0 +1,229 @@
+//! Everything that light sampling can choose from, and with which probability.
+
+use std::f64::consts::PI;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec2};
+use surelight_accel::Accel;
+use surelight_scene::{LightKind, Material, Mesh, Scene};
+
+use super::{alias::alias_table, luminance, textures::lookup_linear_rgb};
+
+/// Twin of `LightEntry` in `shaders/light/light.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct LightEntry {
+    pub(crate) threshold: f32,
+    pub(crate) alias_entry: u32,
+    pub(crate) probability: f32,
+    pub(crate) light: u32,
+}
+
+/// Twin of `AreaLight` in `shaders/light/area.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct AreaLight {
+    pub(crate) v0: [f32; 3],
+    pub(crate) prim: u32,
+    pub(crate) e1: [f32; 3],
+    pub(crate) material: u32,
+    pub(crate) e2: [f32; 3],
+    pub(crate) weight: f32,
+}
+
+/// Twin of `PunctualLight` in `shaders/light/punctual.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct PunctualLight {
+    pub(crate) position: [f32; 3],
+    pub(crate) kind: u32,
+    pub(crate) intensity: [f32; 3],
+    pub(crate) angle_scale: f32,
+    pub(crate) direction: [f32; 3],
+    pub(crate) angle_offset: f32,
+}
+
+const KIND_PUNCTUAL: u32 = 1 << 30;
+const KIND_ENVIRONMENT: u32 = 2 << 30;
+
+/// The lights of a scene, each with its power as weight.
+#[derive(Default)]
+pub(crate) struct Lights {
+    pub(crate) table: Vec<LightEntry>,
+    pub(crate) area: Vec<AreaLight>,
+    pub(crate) punctual: Vec<PunctualLight>,
+    /// By prim: an emitting triangle's weight per area (0 for all others); empty when nothing emits.
+    pub(crate) triangle_weights: Vec<f32>,
+    /// A triangle's weight times this is its area pdf.
+    pub(crate) density: f32,
+    pub(crate) environment_probability: f32,
+}
+
+impl Lights {
+    /// `environment`: ∫ luminance dω of the environment map, when there is one.
+    pub(crate) fn new(scene: &Scene, accel: &Accel, environment: Option<f64>) -> Self {
+        let mut lights = Self::default();
+        let mut powers = Vec::new();
+        let mut which = Vec::new();
+        lights.add_triangles(scene, accel, &mut powers);
+        which.extend(0..powers.len() as u32);
+        // A disc as large as the scene catches what comes from far away.
+        let radius = 0.5 * (accel.bounds.hi - accel.bounds.lo).as_dvec3().length();
+        let catch = if radius.is_finite() { PI * radius * radius } else { 1.0 };
+        for light in &scene.lights {
+            let (record, power) = punctual(light, accel.origin, catch);
+            if power > 0.0 {
+                which.push(KIND_PUNCTUAL | lights.punctual.len() as u32);
+                powers.push(power);
+                lights.punctual.push(record);
+            }
+        }
+        if let Some(integral) = environment {
+            which.push(KIND_ENVIRONMENT);
+            powers.push(integral * catch);
+        }
+        let total: f64 = powers.iter().sum();
+        if total.is_nan() || total <= 0.0 {
+            return Self { triangle_weights: lights.triangle_weights, ..Self::default() };
+        }
+        lights.density = (PI / total) as f32;
+        if environment.is_some() {
+            lights.environment_probability = (powers[powers.len() - 1] / total) as f32;
+        }
+        let slots = alias_table(&powers);
+        lights.table = (0..powers.len())
+            .map(|i| LightEntry {
+                threshold: slots[i].threshold,
+                alias_entry: slots[i].alias,
+                probability: (powers[i] / total) as f32,
+                light: which[i],
+            })
+            .collect();
+        lights
+    }
+
+    fn add_triangles(&mut self, scene: &Scene, accel: &Accel, powers: &mut Vec<f64>) {
+        let emits = |mesh: u32| scene.materials[scene.meshes[mesh as usize].material].is_emissive();
+        if !accel.triangles.iter().any(|t| emits(t.mesh)) {
+            return;
+        }
+        self.triangle_weights = accel
+            .triangles
+            .iter()
+            .map(|t| {
+                let mesh = &scene.meshes[t.mesh as usize];
+                if emits(t.mesh) { triangle_weight(scene, mesh, &scene.materials[mesh.material], t.corners) } else { 0.0 }
+            })
+            .collect();
+        // Triangles that stand in the world, then those of meshes that are placed several times.
+        for (prim, source) in accel.triangles.iter().enumerate() {
+            if self.triangle_weights[prim] > 0.0 && source.instance != u32::MAX {
+                self.add_triangle(scene, accel, prim, source.instance as usize, powers);
+            }
+        }
+        for record in &accel.instances {
+            let instance = &scene.instances[record.scene_instance as usize];
+            if !emits(instance.mesh as u32) {
+                continue;
+            }
+            for (prim, source) in accel.triangles.iter().enumerate() {
+                if source.mesh as usize == instance.mesh && source.instance == u32::MAX && self.triangle_weights[prim] > 0.0 {
+                    self.add_triangle(scene, accel, prim, record.scene_instance as usize, powers);
+                }
+            }
+        }
+    }
+
+    fn add_triangle(&mut self, scene: &Scene, accel: &Accel, prim: usize, instance: usize, powers: &mut Vec<f64>) {
+        let source = &accel.triangles[prim];
+        let mesh = &scene.meshes[source.mesh as usize];
+        let to_world = scene.instances[instance].to_world;
+        let [a, b, c] = source.corners.map(|i| {
+            let p = to_world.transform_point3(mesh.positions[i as usize].as_dvec3());
+            (p - accel.origin).as_vec3()
+        });
+        let (e1, mut e2) = (b - a, c - a);
+        let (mut e1, weight) = (e1, self.triangle_weights[prim]);
+        // Corners of shared meshes are in object order: a mirroring instance turns them over.
+        if source.instance == u32::MAX && to_world.matrix3.determinant() < 0.0 {
+            std::mem::swap(&mut e1, &mut e2);
+        }
+        let area = 0.5 * e1.as_dvec3().cross(e2.as_dvec3()).length();
+        if !(area > 0.0 && area.is_finite()) {
+            return;
+        }
+        powers.push(PI * f64::from(weight) * area);
+        self.area.push(AreaLight {
+            v0: a.to_array(),
+            prim: prim as u32,
+            e1: e1.to_array(),
+            material: mesh.material as u32,
+            e2: e2.to_array(),
+            weight,
+        });
+    }
+}
+
+/// Luminance of a triangle's mean emission, both sides counted where both emit.
+fn triangle_weight(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> f32 {
+    let sides = if material.double_sided { 2.0 } else { 1.0 };
+    let mean = match &material.emissive_texture {
+        None => [1.0; 3],
+        Some(texture) => {
+            let uvs = corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |u| u[c as usize]));
+            mean_texture(scene, texture, uvs)
+        }
+    };
+    let radiance = [0, 1, 2].map(|c| material.emissive[c] * mean[c]);
+    (sides * luminance(radiance)) as f32
+}
+
+/// Mean of a texture over a triangle of UVs, by a grid fine enough to meet each texel of small ones.
+fn mean_texture(scene: &Scene, texture: &surelight_scene::TextureRef, uvs: [Vec2; 3]) -> [f32; 3] {
+    let image = &scene.images[scene.textures[texture.texture].image];
+    let size = Vec2::new(image.width as f32, image.height as f32);
+    let extent = ((uvs[1] - uvs[0]) * size).length().max(((uvs[2] - uvs[0]) * size).length());
+    let n = (extent.min(64.0) as usize).clamp(4, 64);
+    let mut sum = [0.0f64; 3];
+    let mut count = 0.0;
+    for i in 0..n {
+        for j in 0..n - i {
+            let (b1, b2) = ((i as f32 + 1.0 / 3.0) / n as f32, (j as f32 + 1.0 / 3.0) / n as f32);
+            let uv = uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]);
+            let value = lookup_linear_rgb(scene, texture, uv);
+            for c in 0..3 {
+                sum[c] += f64::from(value[c]);
+            }
+            count += 1.0;
+        }
+    }
+    sum.map(|s| (s / count) as f32)
+}
+
+/// A punctual light's record and its power.
+fn punctual(light: &surelight_scene::Light, origin: DVec3, catch: f64) -> (PunctualLight, f64) {
+    let brightness = luminance(light.intensity);
+    let mut record = PunctualLight { intensity: light.intensity, ..Default::default() };
+    let relative = |p: DVec3| (p - origin).as_vec3().to_array();
+    let power = match light.kind {
+        LightKind::Point { position } => {
+            record.position = relative(position);
+            4.0 * PI * brightness
+        }
+        LightKind::Spot { position, direction, inner, outer } => {
+            record.kind = 1;
+            record.position = relative(position);
+            record.direction = direction.as_vec3().to_array();
+            // KHR_lights_punctual, "Inner and outer cone angles".
+            record.angle_scale = 1.0 / (inner.cos() - outer.cos()).max(0.001);
+            record.angle_offset = -outer.cos() * record.angle_scale;
+            2.0 * PI * (1.0 - f64::from(outer).cos()) * brightness
+        }
+        LightKind::Directional { direction } => {
+            record.kind = 2;
+            record.position = (-direction).as_vec3().to_array();
+            catch * brightness
+        }
+    };
+    (record, power)
+}

@@ -1,0 +1,209 @@
+//! A scene made ready for the device: BVH, lights, textures, records, and the features that its kernel needs.
+
+mod alias;
+mod attributes;
+mod environment;
+mod lights;
+mod materials;
+mod textures;
+mod view;
+
+use std::collections::BTreeSet;
+
+use surelight_accel::{Accel, BuildOptions};
+use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
+
+use self::{
+    attributes::AttributeLayout,
+    environment::EnvironmentTable,
+    lights::Lights,
+    materials::{PreparedMaterial, Slot, is_glossy},
+    textures::Textures,
+};
+use crate::{
+    compose::Constant,
+    error::RenderError,
+    features::Features,
+    reflect::RecordLayout,
+};
+
+pub use self::{
+    lights::{AreaLight, LightEntry, PunctualLight},
+    textures::TextureUse,
+    view::View,
+};
+
+/// What to render, beside the scene and the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Scattering events that a path may have: 0 emission only, 1 direct light; `None`: Russian roulette alone ends paths.
+    pub max_bounces: Option<u32>,
+    /// Renders with different seeds are independent.
+    pub seed: u32,
+    /// Diameter of a thin lens, metres; `None`: a pinhole.
+    pub aperture: Option<f32>,
+    /// Distance of the plane in focus, metres.
+    pub focus: Option<f32>,
+    /// Clamp of a sample's components: biased.
+    pub max_radiance: Option<f32>,
+    /// How much time the BVH may take.
+    pub build: BuildOptions,
+}
+
+impl Settings {
+    /// Unlimited bounces, seed 0, a pinhole, unbiased.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            max_bounces: None,
+            seed: 0,
+            aperture: None,
+            focus: None,
+            max_radiance: None,
+            build: BuildOptions::default(),
+        }
+    }
+}
+
+/// A scene seen by a camera, ready to be uploaded.
+pub struct Prepared {
+    /// The BVH and what was skipped on the way.
+    pub accel: Accel,
+    /// What the kernel will contain (`items_image` is left to the device).
+    pub features: Features,
+    pub(crate) view: View,
+    pub(crate) layout: AttributeLayout,
+    pub(crate) attributes: Vec<u32>,
+    pub(crate) materials: Vec<PreparedMaterial>,
+    pub(crate) textures: Textures,
+    pub(crate) lights: Lights,
+    pub(crate) environment: Option<EnvironmentTable>,
+}
+
+impl Prepared {
+    /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
+    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, RenderError> {
+        let accel = Accel::build(scene, camera.to_world.translation, &settings.build)?;
+        let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
+        let mut textures = Textures::default();
+        let unused = surelight_scene::Material { unlit: true, ..Default::default() };
+        let materials: Vec<_> = (0..scene.materials.len())
+            .map(|i| PreparedMaterial::new(scene, if used.contains(&i) { &scene.materials[i] } else { &unused }, &mut textures))
+            .collect();
+
+        let mut view = View::new(camera, settings, accel.origin);
+        let environment = match &scene.environment {
+            Some(Environment::Map { map, rotation, scale }) => {
+                view.environment = [*scale; 3];
+                view.environment_rotation = rotation / std::f32::consts::TAU;
+                view.environment_size = [map.width, map.height];
+                EnvironmentTable::new(map)
+            }
+            Some(Environment::Uniform(radiance)) => {
+                view.environment = *radiance;
+                None
+            }
+            None => None,
+        };
+        let factor = f64::from(view.environment[0]);
+        let lights = Lights::new(scene, &accel, environment.as_ref().map(|e| e.total * factor).filter(|&e| e > 0.0));
+        view.light_density = lights.density;
+        view.environment_probability = lights.environment_probability;
+        view.light_count = lights.table.len() as u32;
+
+        let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
+        let mut features = decide(scene, camera, settings, &used_materials, &lights, environment.is_some());
+        features.instances = !accel.instances.is_empty();
+        let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
+        let layout = AttributeLayout::new(&features, uv_sets);
+        let attributes = layout.pack(scene, &accel, &features, &lights.triangle_weights);
+        Ok(Self { accel, features, view, layout, attributes, materials, textures, lights, environment })
+    }
+
+    /// Constants that the kernel is specialised with.
+    pub(crate) fn constants(&self) -> Vec<Constant> {
+        let mut constants = self.layout.constants();
+        // One more than the walk needs, since it writes the next entry whether or not it is kept.
+        constants.push(Constant { name: "STACK_SIZE", value: self.accel.stack_depth + 2 });
+        constants
+    }
+
+    pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
+        materials::write(&self.materials, layout)
+    }
+}
+
+/// Only what the scene needs.
+fn decide(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    materials: &[&PreparedMaterial],
+    lights: &Lights,
+    environment_map: bool,
+) -> Features {
+    let any = |test: &dyn Fn(&surelight_scene::Material) -> bool| materials.iter().any(|m| test(&m.material));
+    let texture = |slot| materials.iter().any(|m| m.has(slot));
+    let placed = || scene.instances.iter().map(|i| &scene.meshes[i.mesh]);
+    let transmits = |m: &surelight_scene::Material| !m.unlit && m.transmission > 0.0;
+    let absorbs = |m: &surelight_scene::Material| {
+        m.volume.is_some_and(|v| v.attenuation_distance.is_finite() && v.attenuation_color.iter().any(|&c| c < 1.0))
+    };
+    let emission = any(&|m| m.is_emissive());
+    Features {
+        instances: false, // the BVH decides
+        vertex_normals: placed().any(|m| m.normals.is_some()),
+        vertex_colors: placed().any(|m| m.colors.is_some()),
+        tangents: texture(Slot::Normal),
+        textures: [
+            Slot::BaseColor,
+            Slot::MetallicRoughness,
+            Slot::Normal,
+            Slot::Emissive,
+            Slot::Specular,
+            Slot::SpecularColor,
+            Slot::Transmission,
+        ]
+        .into_iter()
+        .any(texture),
+        base_color_texture: texture(Slot::BaseColor),
+        metallic_roughness_texture: texture(Slot::MetallicRoughness),
+        normal_texture: texture(Slot::Normal),
+        emissive_texture: texture(Slot::Emissive),
+        specular_texture: texture(Slot::Specular),
+        specular_color_texture: texture(Slot::SpecularColor),
+        transmission_texture: texture(Slot::Transmission),
+        alpha: any(&|m| m.alpha_mode != AlphaMode::Opaque),
+        ggx: any(&is_glossy),
+        metal: any(&|m| !m.unlit && m.metallic > 0.0),
+        delta_lobes: materials.iter().any(|m| may_be_smooth(m)),
+        transmission: any(&transmits),
+        volume: any(&|m| transmits(m) && absorbs(m)),
+        unlit: any(&|m| m.unlit),
+        emission,
+        light_sampling: !lights.table.is_empty() && settings.max_bounces != Some(0),
+        area_lights: !lights.area.is_empty() && settings.max_bounces != Some(0),
+        punctual_lights: !lights.punctual.is_empty() && settings.max_bounces != Some(0),
+        environment_uniform: matches!(&scene.environment, Some(Environment::Uniform(c)) if c.iter().any(|&c| c > 0.0)),
+        environment_map,
+        orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+        lens: settings.aperture.is_some_and(|a| a > 0.0) && matches!(camera.projection, Projection::Perspective { .. }),
+        clamp_radiance: settings.max_radiance.is_some(),
+        items_image: false, // the device decides
+    }
+}
+
+/// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.
+fn may_be_smooth(m: &PreparedMaterial) -> bool {
+    is_glossy(&m.material) && (m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
+}
+
+/// Rec. 709 luminance.
+pub(crate) fn luminance(c: [f32; 3]) -> f64 {
+    0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2])
+}

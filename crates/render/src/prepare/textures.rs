@@ -1,0 +1,111 @@
+//! Texels of every image in use, and how materials look them up.
+
+use std::collections::HashMap;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Affine2;
+use surelight_scene::{Filter, Scene, TextureRef, Wrap};
+
+/// Twin of `TextureUse` in `shaders/scene/textures.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct TextureUse {
+    pub(crate) offset: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) flags: u32,
+    pub(crate) row_u: [f32; 3],
+    pub(crate) pad_0: u32,
+    pub(crate) row_v: [f32; 3],
+    pub(crate) pad_1: u32,
+}
+
+/// Stands for "no texture" in a material record.
+pub(crate) const NO_TEXTURE: u32 = u32::MAX;
+
+/// Gathers textures as materials ask for them.
+#[derive(Default)]
+pub(crate) struct Textures {
+    /// RGBA8, image after image.
+    pub(crate) texels: Vec<u32>,
+    pub(crate) uses: Vec<TextureUse>,
+    offsets: HashMap<usize, u32>,
+}
+
+impl Textures {
+    /// The index that a material record holds for this texture; `srgb`: its colours are to be linearised.
+    pub(crate) fn add(&mut self, scene: &Scene, reference: Option<&TextureRef>, srgb: bool) -> u32 {
+        let Some(reference) = reference else { return NO_TEXTURE };
+        let texture = &scene.textures[reference.texture];
+        let image = &scene.images[texture.image];
+        let texels = &mut self.texels;
+        let offset = *self.offsets.entry(texture.image).or_insert_with(|| {
+            let offset = texels.len() as u32;
+            texels.extend(image.rgba.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])));
+            offset
+        });
+        let wrap = |w| match w {
+            Wrap::Repeat => 0,
+            Wrap::MirroredRepeat => 1,
+            Wrap::ClampToEdge => 2,
+        };
+        let nearest = u32::from(texture.filter == Filter::Nearest);
+        let m = reference.transform.unwrap_or(Affine2::IDENTITY);
+        let entry = TextureUse {
+            offset,
+            width: image.width,
+            height: image.height,
+            flags: wrap(texture.wrap_s)
+                | wrap(texture.wrap_t) << 2
+                | nearest << 4
+                | u32::from(srgb) << 5
+                | reference.uv_set << 8,
+            row_u: [m.matrix2.x_axis.x, m.matrix2.y_axis.x, m.translation.x],
+            row_v: [m.matrix2.x_axis.y, m.matrix2.y_axis.y, m.translation.y],
+            ..TextureUse::default()
+        };
+        let found = self.uses.iter().position(|u| *u == entry);
+        found.unwrap_or_else(|| {
+            self.uses.push(entry);
+            self.uses.len() - 1
+        }) as u32
+    }
+}
+
+/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an emissive texture, say.
+pub(crate) fn lookup_linear_rgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 3] {
+    let texture = &scene.textures[reference.texture];
+    let image = &scene.images[texture.image];
+    let uv = reference.transform.map_or(uv, |m| m.transform_point2(uv));
+    let p = uv * glam::Vec2::new(image.width as f32, image.height as f32);
+    let nearest = texture.filter == Filter::Nearest;
+    let corner = if nearest { p.floor() } else { (p - 0.5).floor() };
+    let f = if nearest { glam::Vec2::ZERO } else { p - 0.5 - corner };
+    let fetch = |dx: i64, dy: i64| -> [f32; 3] {
+        let x = wrap_coordinate(corner.x as i64 + dx, i64::from(image.width), texture.wrap_s);
+        let y = wrap_coordinate(corner.y as i64 + dy, i64::from(image.height), texture.wrap_t);
+        let at = 4 * (y as usize * image.width as usize + x as usize);
+        [0, 1, 2].map(|c| srgb_to_linear(f32::from(image.rgba[at + c]) / 255.0))
+    };
+    let (a, b, c, d) = (fetch(0, 0), fetch(1, 0), fetch(0, 1), fetch(1, 1));
+    [0, 1, 2].map(|k| {
+        let top = a[k] + (b[k] - a[k]) * f.x;
+        let bottom = c[k] + (d[k] - c[k]) * f.x;
+        top + (bottom - top) * f.y
+    })
+}
+
+fn wrap_coordinate(i: i64, size: i64, wrap: Wrap) -> i64 {
+    match wrap {
+        Wrap::Repeat => i.rem_euclid(size),
+        Wrap::MirroredRepeat => {
+            let folded = i.rem_euclid(2 * size);
+            folded.min(2 * size - 1 - folded)
+        }
+        Wrap::ClampToEdge => i.clamp(0, size - 1),
+    }
+}
+
+fn srgb_to_linear(c: f32) -> f32 {
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}

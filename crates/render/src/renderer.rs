@@ -1,0 +1,397 @@
+//! Runs kernels over tiles of the image, in dispatches short enough for any driver, and checks that no work is lost.
+
+use std::time::{Duration, Instant};
+
+use surelight_film::{Features as FilmFeatures, Film};
+
+use crate::{
+    compose::{Composed, compose},
+    device::Device,
+    error::RenderError,
+    features::Features,
+    kernel::{Checks, Kernel, Resource, Resources},
+    pass::{Control, GROUP, Pass, Tile},
+    prepare::Prepared,
+    reflect::RecordLayout,
+    upload::Uploader,
+};
+
+/// Root modules of the kernels.
+pub(crate) const PATH_KERNEL: &str = "package::kernel::path";
+const FEATURE_KERNEL: &str = "package::kernel::features";
+
+/// Lanes traced at once. CPU drivers need few, and short dispatches; GPUs need many.
+const CPU_LANES: u32 = 1 << 15;
+const GPU_LANES: u32 = 1 << 20;
+
+/// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
+const SHORTEST_DISPATCH: Duration = Duration::from_millis(50);
+const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
+
+/// Loop iterations a lane may start a step within. With the walk's own limit of 32,768 this stays under the 65,535 after
+/// which some CPU drivers silently end every loop of an invocation.
+const LEAST_BUDGET: u32 = 64;
+const MOST_BUDGET: u32 = 16_384;
+
+/// What has been done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
+    /// Rays walked: camera, bounce and shadow rays.
+    pub rays: u64,
+    /// Samples finished: each is one path from the camera.
+    pub paths: u64,
+    /// Samples that were not finite, left out of the sums.
+    pub dropped: u64,
+    /// Rays whose walk was cut short at 32,768 steps, their samples incomplete.
+    pub truncated: u64,
+    /// Seconds of dispatches, waiting included.
+    pub trace_seconds: f64,
+    /// Dispatches.
+    pub dispatches: u64,
+}
+
+/// Asked between dispatches: whether to go on.
+pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
+
+/// A scene on a device, with its compiled kernels.
+pub struct Renderer<'a> {
+    device: &'a Device,
+    /// What the kernel contains.
+    pub features: Features,
+    /// The path kernel's WGSL.
+    pub wgsl: String,
+    /// Bytes of device memory in use.
+    pub device_bytes: u64,
+    /// Seconds spent composing, compiling and uploading.
+    pub compile_seconds: f64,
+    kernel: Kernel,
+    feature_kernel: Option<Kernel>,
+    pass_buffer: wgpu::Buffer,
+    control: wgpu::Buffer,
+    control_readback: wgpu::Buffer,
+    sums: wgpu::Buffer,
+    feature_pixels: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    width: u32,
+    height: u32,
+    threads: u32,
+    tiles: Vec<Tile>,
+    most_lanes: u32,
+    budget: u32,
+    most_batches: u32,
+    /// What has been done so far.
+    pub counts: Counts,
+}
+
+impl<'a> Renderer<'a> {
+    /// Composes and compiles the scene's kernel and uploads what it reads.
+    pub fn new(device: &'a Device, prepared: &Prepared) -> Result<Self, RenderError> {
+        Self::with_checks(device, prepared, Checks::default())
+    }
+
+    /// Likewise, choosing whether accesses are checked.
+    pub fn with_checks(device: &'a Device, prepared: &Prepared, checks: Checks) -> Result<Self, RenderError> {
+        let started = Instant::now();
+        let mut features = prepared.features;
+        features.items_image = device.info.is_cpu;
+        let shader = compose(PATH_KERNEL, &features, &prepared.constants())?;
+        let feature_shader = compose(FEATURE_KERNEL, &features, &prepared.constants())?;
+
+        let mut up = Uploader::new(device);
+        let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+        let [width, height] = prepared.view.size;
+        let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
+        let state_bytes = RecordLayout::of(&shader, "PathState").map_or(256, |l| l.span);
+        let lane_limit = (device.info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
+        let wanted = if device.info.is_cpu { CPU_LANES } else { GPU_LANES };
+        let tiles = Tile::bands([0, 0], [width, height], wanted.min(lane_limit));
+        let most_lanes = tiles.iter().map(|t| t.lanes(threads)).max().unwrap_or(GROUP);
+        let most_batches = (device.info.max_binding / (16 * u64::from(most_lanes))).clamp(1, 16) as u32;
+
+        use wgpu::BufferUsages as U;
+        let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
+        let lanes = u64::from(most_lanes);
+        let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
+        let control = up.buffer("the control record", &[Control::default()], storage)?;
+        let control_readback = up.zeros("the control record's copy", size_of::<Control>() as u64, U::MAP_READ | U::COPY_DST)?;
+        let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
+        let sum_bytes = lanes * 16 * u64::from(most_batches);
+        let sums = up.zeros("batch sums", sum_bytes, storage)?;
+        let feature_pixels = up.zeros("first-hit features", lanes * 32, storage)?;
+        let readback = up.zeros("the copy of batch sums", sum_bytes.max(lanes * 32), U::MAP_READ | U::COPY_DST)?;
+        for (name, buffer) in [
+            ("pass_info", &pass_buffer),
+            ("control", &control),
+            ("states", &states),
+            ("batch_sums", &sums),
+            ("feature_pixels", &feature_pixels),
+        ] {
+            resources.insert(name, Resource::Buffer(buffer.clone()));
+        }
+        let kernel = Kernel::new(device, &shader, "trace_paths", checks, &resources)?;
+        let feature_kernel = Some(Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?);
+        let mut renderer = Self {
+            device,
+            features,
+            wgsl: shader.wgsl,
+            device_bytes: up.bytes,
+            compile_seconds: 0.0,
+            kernel,
+            feature_kernel,
+            pass_buffer,
+            control,
+            control_readback,
+            sums,
+            feature_pixels,
+            readback,
+            width,
+            height,
+            threads,
+            tiles,
+            most_lanes,
+            budget: 512,
+            most_batches,
+            counts: Counts::default(),
+        };
+        renderer.warm_up()?;
+        renderer.compile_seconds = started.elapsed().as_secs_f64();
+        Ok(renderer)
+    }
+
+    /// Drivers compile at the first dispatch: one that has nothing to do.
+    fn warm_up(&mut self) -> Result<(), RenderError> {
+        let tile = self.tiles[0];
+        let pass = Pass { size: tile.size, samples: 1, lanes: GROUP * self.threads, restart: 1, ..self.pass_of(&tile) };
+        self.dispatch(&pass, true)?;
+        Ok(())
+    }
+
+    fn pass_of(&self, tile: &Tile) -> Pass {
+        Pass {
+            corner: tile.corner,
+            size: tile.size,
+            lanes: tile.lanes(self.threads),
+            threads: self.threads,
+            ..Pass::default()
+        }
+    }
+
+    /// Most batches that one call of [`Self::trace`] can hold.
+    pub fn most_batches(&self) -> u32 {
+        self.most_batches
+    }
+
+    /// Lanes that are traced at once.
+    pub fn lanes(&self) -> u32 {
+        self.most_lanes
+    }
+
+    /// Traces `batches` batches of `samples` samples a pixel, the first of them numbered `first_batch`, and adds them to the
+    /// film. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
+    /// so nothing at all is added.
+    pub fn trace(
+        &mut self,
+        film: &mut Film,
+        first_batch: u32,
+        batches: u32,
+        samples: u32,
+        observer: &mut Observer<'_>,
+    ) -> Result<bool, RenderError> {
+        let mut results = Vec::new();
+        for tile in self.tiles.clone() {
+            let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
+            if !self.trace_tile(&pass, observer)? {
+                return Ok(false);
+            }
+            results.push((tile, self.read_sums(&pass)?));
+        }
+        for (tile, sums) in results {
+            let lanes = tile.lanes(self.threads);
+            let pixels = tile.pixels(lanes, self.width);
+            for batch in sums.chunks_exact(lanes as usize) {
+                if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && s[3] != samples as f32) {
+                    return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
+                }
+                film.add_batch(samples, &pixels, batch)
+                    .map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Dispatches until every lane of the tile has its samples.
+    fn trace_tile(&mut self, pass: &Pass, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
+        let mut restart = 1;
+        loop {
+            let started = Instant::now();
+            let budget = self.budget;
+            let report = self.dispatch(&Pass { budget, restart, ..*pass }, false)?;
+            let seconds = started.elapsed();
+            self.counts.trace_seconds += seconds.as_secs_f64();
+            self.counts.dispatches += 1;
+            self.counts.rays += u64::from(report.rays);
+            self.counts.paths += u64::from(report.paths);
+            self.counts.dropped += u64::from(report.dropped);
+            self.counts.truncated += u64::from(report.truncated);
+            restart = 0;
+            if seconds < SHORTEST_DISPATCH && report.unfinished > 0 {
+                self.budget = (2 * budget).min(MOST_BUDGET);
+            } else if seconds > LONGEST_DISPATCH {
+                self.budget = (budget / 2).max(LEAST_BUDGET);
+            }
+            if !observer(&self.counts) {
+                return Ok(false);
+            }
+            if report.unfinished == 0 {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// One dispatch; afterwards every workgroup must have reported.
+    fn dispatch(&self, pass: &Pass, warm_up: bool) -> Result<Control, RenderError> {
+        let workgroups = pass.lanes / GROUP;
+        self.run(pass, if warm_up { &self.kernel } else { &self.kernel }, workgroups)
+    }
+
+    fn run(&self, pass: &Pass, kernel: &Kernel, workgroups: u32) -> Result<Control, RenderError> {
+        let device = self.device;
+        let size = size_of::<Control>() as u64;
+        device.scoped("a dispatch", || {
+            device.queue.write_buffer(&self.pass_buffer, 0, bytemuck::bytes_of(pass));
+            device.queue.write_buffer(&self.control, 0, bytemuck::bytes_of(&Control::default()));
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            kernel.record(&mut encoder, workgroups);
+            encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, size);
+            device.queue.submit([encoder.finish()]);
+        })?;
+        let report: Control = self.map(&self.control_readback, size, |bytes| bytemuck::pod_read_unaligned(bytes))?;
+        if report.workgroups != workgroups {
+            let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
+            return Err(RenderError::LostWork { message });
+        }
+        Ok(report)
+    }
+
+    /// The tile's sums, batch after batch, lane after lane.
+    fn read_sums(&self, pass: &Pass) -> Result<Vec<[f32; 4]>, RenderError> {
+        self.read(&self.sums, u64::from(pass.batches) * u64::from(pass.lanes) * 16)
+    }
+
+    fn read<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(&self, from: &wgpu::Buffer, size: u64) -> Result<Vec<T>, RenderError> {
+        let device = self.device;
+        device.scoped("a copy", || {
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(from, 0, &self.readback, 0, size);
+            device.queue.submit([encoder.finish()]);
+        })?;
+        self.map(&self.readback, size, |bytes| bytemuck::pod_collect_to_vec(bytes))
+    }
+
+    fn map<T>(&self, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, RenderError> {
+        let slice = buffer.slice(..size);
+        let (send, receive) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver outlives the wait below.
+            let _ = send.send(result);
+        });
+        self.device.wait()?;
+        let failed = |message: String| RenderError::Device { what: "reading a buffer".into(), message };
+        receive.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+        let value = read(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(value)
+    }
+
+    /// Albedo, normal and depth of first hits.
+    pub fn trace_features(&mut self, film: &mut Film) -> Result<(), RenderError> {
+        let Some(kernel) = self.feature_kernel.take() else { return Ok(()) };
+        let count = self.width as usize * self.height as usize;
+        let mut all = FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
+        for tile in self.tiles.clone() {
+            let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
+            self.run(&pass, &kernel, pass.lanes / GROUP)?;
+            let records: Vec<[f32; 8]> = self.read(&self.feature_pixels, u64::from(pass.lanes) * 32)?;
+            for (pixel, r) in tile.pixels(pass.lanes, self.width).into_iter().zip(records) {
+                if pixel != u32::MAX {
+                    let i = pixel as usize;
+                    all.albedo[i] = [r[0], r[1], r[2]];
+                    all.depth[i] = r[3];
+                    all.normal[i] = [r[4], r[5], r[6]];
+                }
+            }
+        }
+        film.set_features(all).map_err(|e| RenderError::LostWork { message: e.to_string() })
+    }
+}
+
+fn scene_resources(
+    up: &mut Uploader<'_>,
+    prepared: &Prepared,
+    features: &Features,
+    shader: &Composed,
+) -> Result<Resources, RenderError> {
+    use wgpu::BufferUsages as U;
+    let mut resources = Resources::new();
+    let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
+    resources.insert("view", Resource::Buffer(view));
+    let items = if features.items_image {
+        Resource::Image(up.image("the BVH", &prepared.accel.items)?)
+    } else {
+        Resource::Buffer(up.buffer("the BVH", &prepared.accel.items, U::STORAGE)?)
+    };
+    resources.insert("items", items);
+    let mut storage = |name: &'static str, what: &str, wanted: bool, bytes: &[u8]| -> Result<(), RenderError> {
+        if wanted {
+            resources.insert(name, Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?));
+        }
+        Ok(())
+    };
+    let cast = bytemuck::cast_slice::<_, u8>;
+    storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
+    let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
+    storage("materials", "materials", true, &materials)?;
+    storage("instances", "instances", features.instances, &instance_rows(prepared))?;
+    storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
+    let lights = &prepared.lights;
+    storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
+    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area))?;
+    storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
+    if let Some(environment) = &prepared.environment {
+        let alias: Vec<[u32; 2]> = environment.alias.iter().map(|s| [s.threshold.to_bits(), s.alias]).collect();
+        storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;
+        storage("environment_alias", "the environment's alias table", true, cast(&alias))?;
+    }
+    if features.textures {
+        let texels = &prepared.textures.texels;
+        let resource = if features.items_image {
+            Resource::Image(up.image("textures", texels)?)
+        } else {
+            Resource::Buffer(up.buffer("textures", texels, U::STORAGE)?)
+        };
+        resources.insert("texels", resource);
+    }
+    Ok(resources)
+}
+
+fn instance_rows(prepared: &Prepared) -> Vec<u8> {
+    let rows: Vec<[f32; 24]> = prepared
+        .accel
+        .instances
+        .iter()
+        .map(|i| {
+            let mut row = [0.0; 24];
+            row[..12].copy_from_slice(&i.to_world);
+            row[12..].copy_from_slice(&i.to_object);
+            row
+        })
+        .collect();
+    bytemuck::cast_slice(&rows).to_vec()
+}
+
+/// Threads of a CPU driver: it makes one for each core.
+fn cpu_threads() -> u32 {
+    std::thread::available_parallelism().map_or(1, |n| n.get() as u32)
+}
