@@ -38,7 +38,10 @@ impl Forest {
             })
             .collect();
         let mut shapes = Shapes::of(&placed.world, quality, 0.0);
-        refuse_excess(&mesh_shapes, &shapes, placed.placements.len())?;
+        // A tree of n leaves has n − 1 nodes, or one where n is 1; an empty scene has one.
+        let leaves = |s: &Shapes| s.boxes.len() as u64;
+        let total = mesh_shapes.iter().map(leaves).sum::<u64>() + leaves(&shapes) + placed.placements.len() as u64;
+        refuse_excess(2 * total + 1)?;
 
         let mut meshes: Vec<Tree> =
             mesh_shapes.par_iter().map(|s| tree::build(&s.boxes, &s.indices, quality, MOST_STACK)).collect();
@@ -48,7 +51,8 @@ impl Forest {
         shapes.indices.extend((0..placements.len() as u32).map(|k| first + k));
         let mut top = tree::build(&shapes.boxes, &shapes.indices, quality, MOST_STACK);
 
-        let inner = |meshes: &[Tree]| meshes.iter().map(Tree::depth).max().map_or(0, |d| d + 1);
+        // Even a tree of one leaf gets a root node.
+        let inner = |meshes: &[Tree]| meshes.iter().map(Tree::depth).max().map_or(0, |d| d.max(1) + 1);
         if top.depth() + inner(&meshes) > MOST_STACK {
             for (mesh, s) in meshes.iter_mut().zip(&mesh_shapes) {
                 if mesh.depth() > BOUNDED_LEVELS {
@@ -59,7 +63,7 @@ impl Forest {
         if top.depth() + inner(&meshes) > MOST_STACK {
             top = tree::build(&shapes.boxes, &shapes.indices, quality, BOUNDED_LEVELS);
         }
-        let depth = (top.depth() + inner(&meshes)).max(1);
+        let depth = top.depth().max(1) + inner(&meshes);
         Ok(Self { top, meshes, placements, depth })
     }
 
@@ -113,10 +117,7 @@ impl Shapes {
     }
 }
 
-fn refuse_excess(meshes: &[Shapes], world: &Shapes, placements: usize) -> Result<(), AccelError> {
-    let boxes = |s: &Shapes| s.boxes.len() as u64;
-    // A tree of n leaves has n − 1 nodes, or one where n is 1.
-    let needed = meshes.iter().map(|s| 2 * boxes(s)).sum::<u64>() + 2 * (boxes(world) + placements as u64) + 1;
+fn refuse_excess(needed: u64) -> Result<(), AccelError> {
     if needed > MAX_ITEMS {
         return Err(AccelError::TooManyItems { needed, limit: MAX_ITEMS });
     }
@@ -175,4 +176,17 @@ fn cut(tree: &Tree) -> Vec<Bounds> {
         level = next;
     }
     level.iter().map(|&i| bounds_of(&tree.nodes[i as usize])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_many_items_are_refused_with_figures() {
+        assert_eq!(refuse_excess(MAX_ITEMS), Ok(()));
+        let error = refuse_excess(MAX_ITEMS + 1).unwrap_err();
+        assert_eq!(error, AccelError::TooManyItems { needed: (1 << 28) + 1, limit: 1 << 28 });
+        assert!(error.to_string().contains("268435457") && error.to_string().contains("17 GiB"), "{error}");
+    }
 }

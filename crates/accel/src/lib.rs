@@ -10,9 +10,9 @@
 //! exact to the last bits however far from the world's origin it stands.
 //!
 //! # Why no hit is lost
-//! Let u = 2⁻²⁴. A stored box holds the triangle's corners grown by [`EDGE_TOLERANCE`] and by a few u of the edges and of
-//! the distance from the camera (see `triangle.rs`), rounded outward; boxes of inner nodes are unions of these by min
-//! and max, which do not round. A ray that meets the triangle therefore meets each box on its path in exact arithmetic:
+//! Let u = 2⁻²⁴. A stored box holds the triangle's corners grown by a few u of the edges and of the distance from the
+//! camera (see `triangle.rs`), rounded outward; boxes of inner nodes are unions of these by min and max, which do not
+//! round. A ray that meets the triangle therefore meets each box on its path in exact arithmetic:
 //! on every axis some t lies in the slab's interval. The slab test computes t = (plane − o) · r with r the reciprocal of
 //! the direction: a subtraction, a reciprocal and a product, (1 ± u)³ in all, so the exact order near ≤ far can turn
 //! over by at most the factor (1 + 2γ₃), γ₃ = 3u / (1 − 3u) (Ize, "Robust BVH ray traversal", 2013). GPU reciprocals are
@@ -22,6 +22,9 @@
 //! Direction components below [`LEAST_DIRECTION`] are replaced by it, sign kept, before the reciprocal is taken: no ∞ and
 //! no 0 · ∞ = NaN then arises, and a ray that runs exactly in a box's plane stays in the box, for boxes have no face that
 //! touches their triangle.
+//!
+//! In the leaf the hit test allows for its own rounding; [`item`] has the bound. A ray that meets a triangle therefore
+//! hits it, and a closed mesh has no cracks.
 //!
 //! Boxes of instances have one more margin: the ray is rounded when it is brought to object space, by about u times
 //! |M| |M⁻¹| (|o| + |translation|) in camera space.
@@ -45,7 +48,7 @@ pub use bounds::Bounds;
 pub use error::AccelError;
 pub use item::Item;
 pub use triangle::COORDINATE_LIMIT;
-pub use walk::{EDGE_TOLERANCE, Hit, LEAST_DIRECTION, MOST_STACK, Ray, SLAB_PADDING, safe_reciprocal};
+pub use walk::{Hit, LEAST_DIRECTION, MOST_STACK, Ray, SLAB_PADDING, SUM_SLACK, safe_reciprocal};
 
 /// [`TriangleSource::instance`] of a triangle whose mesh is placed as instances.
 pub const NO_INSTANCE: u32 = u32::MAX;

@@ -162,7 +162,7 @@ impl Placed {
         let slant = d.length() * area / cosine.abs();
         let (a, b) = (e1.length(), e2.length());
         let thin = a * b / area;
-        let off = 32.0 * u * reach * slant;
+        let off = 64.0 * u * reach * slant;
         let t_band = off * thin / d.length();
         // Heights over the three edges turn a distance into a weight.
         let height = area / a.max(b).max((v2 - v1).length());
@@ -173,7 +173,7 @@ impl Placed {
             mesh: self.mesh,
             vertices: self.vertices,
             t_band,
-            inside: least / (off * thin / height + 4.0 * f64::from(crate::EDGE_TOLERANCE)),
+            inside: least / (off * thin / height + 8.0 * u),
         })
     }
 }

@@ -85,8 +85,7 @@ fn split(boxes: &[Aabb], prims: &mut [u32]) -> usize {
     };
     let mut best = (f32::INFINITY, 0, 0);
     for axis in 0..3 {
-        // Not `<= 0`: an extent that is not a number has no planes either.
-        if !(extent[axis] > 0.0) {
+        if extent[axis] <= 0.0 {
             continue;
         }
         let mut bins = [(Aabb::empty(), 0usize); BINS];

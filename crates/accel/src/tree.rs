@@ -80,7 +80,7 @@ fn bounded(boxes: &[Aabb], indices: &[u32], levels: u32) -> Tree {
 /// obvhs's tree, or none where it is not to be used.
 fn clustered(boxes: &[Aabb], indices: &[u32], quality: Quality) -> Option<Tree> {
     let total = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
-    if !(total.diagonal().max_element() > LEAST_EXTENT) {
+    if total.diagonal().max_element() <= LEAST_EXTENT {
         return None;
     }
     let (order, runs) = degenerate_runs(boxes, &total);
@@ -208,4 +208,69 @@ fn degenerate_runs(boxes: &[Aabb], total: &Aabb) -> (Vec<u32>, Vec<Range<usize>>
     }
     let order = if runs.is_empty() { Vec::new() } else { keys.iter().map(|k| k.1).collect() };
     (order, runs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(x: f32, size: f32) -> Aabb {
+        Aabb::new(Vec3A::new(x, 0.0, 0.0), Vec3A::new(x + size, size, size))
+    }
+
+    /// Each primitive in one leaf; boxes around what is below them.
+    fn check(tree: &Tree, boxes: &[Aabb]) {
+        let mut met = vec![0; boxes.len()];
+        for node in &tree.nodes {
+            if node.is_leaf() {
+                met[node.first_index as usize] += 1;
+                assert_eq!(*node.aabb(), boxes[node.first_index as usize]);
+            } else {
+                for k in 0..2 {
+                    let child = &tree.nodes[(node.first_index + k) as usize];
+                    assert_eq!(node.aabb().union(child.aabb()), *node.aabb());
+                }
+            }
+        }
+        assert!(met.iter().all(|&m| m == 1));
+        assert_eq!(tree.nodes.len(), 2 * boxes.len() - 1);
+    }
+
+    #[test]
+    fn depth_keeps_to_what_is_asked() {
+        // Sizes that double make clustering as lopsided as it gets.
+        let lopsided: Vec<Aabb> =
+            (0..120).map(|k| cube((k as f32).exp2() * 1e-18, (k as f32).exp2() * 1e-18)).collect();
+        let row: Vec<Aabb> = (0..5000).map(|k| cube(k as f32, 1.0)).collect();
+        let mut bounded = 0;
+        for boxes in [&lopsided[..100], &row] {
+            let indices: Vec<u32> = (0..boxes.len() as u32).collect();
+            let free = build(boxes, &indices, Quality::Medium, 1000);
+            check(&free, boxes);
+            for levels in [topdown::levels_needed(boxes.len()), 14, 20, 62] {
+                let tree = build(boxes, &indices, Quality::Medium, levels);
+                check(&tree, boxes);
+                assert!(tree.depth() <= levels, "{} of {levels}", tree.depth());
+                bounded += u32::from(free.depth() > levels);
+            }
+        }
+        assert!(bounded >= 2, "the bound never mattered");
+    }
+
+    #[test]
+    fn runs_are_found_and_nothing_else() {
+        let total = |boxes: &[Aabb]| boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
+        let row: Vec<Aabb> = (0..5000).map(|k| cube(k as f32, 1.0)).collect();
+        let (order, runs) = degenerate_runs(&row, &total(&row));
+        assert!(order.len() == 5000 && runs.len() == 1 && runs[0] == (0..5000), "{runs:?}");
+        // Hashed offsets: no order along the curve.
+        let noise: Vec<Aabb> = (0..5000u32).map(|k| cube((k.wrapping_mul(2_654_435_761) >> 8) as f32, 9.0)).collect();
+        assert_eq!(degenerate_runs(&noise, &total(&noise)).1, []);
+        let mut both = noise.clone();
+        both.extend(std::iter::repeat_n(cube(1e6, 1.0), 3000));
+        let (order, runs) = degenerate_runs(&both, &total(&both));
+        assert_eq!(runs.len(), 1);
+        let taken = &order[runs[0].clone()];
+        assert!(taken.iter().filter(|&&i| i >= 5000).count() == 3000 && taken.len() < 3100, "{runs:?}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{Bounds, EDGE_TOLERANCE};
+use crate::Bounds;
 
 /// Coordinates beyond this are treated as not finite: areas and determinants of such triangles overflow f32.
 pub const COORDINATE_LIMIT: f32 = 1e18;
@@ -40,13 +40,11 @@ impl Triangle {
         [self.v0, self.v0 + self.e1, self.v0 + self.e2]
     }
 
-    /// How far outside its corners a hit may be reported, per axis.
-    ///
-    /// Three sources: corners rebuilt from rounded edges (2^-24 of an edge), the edge tolerance of the hit test (corners
-    /// move out by at most 2τ(|e1| + |e2|)), and the rounding of the hit test for a ray from about the origin, a few
-    /// 2^-24 of the distance. `reach` is the distance that the last is taken for.
+    /// How far a box stands off the corners, per axis: they are rebuilt from rounded edges (2^-24 of an edge), and the
+    /// slab test rounds for a ray from about the origin by a few 2^-24 of the distance. `reach` is that distance. Larger
+    /// than 0 on every axis, so that no face of a box touches what is in it.
     pub(crate) fn margin(&self, reach: f32) -> Vec3 {
-        (self.e1.abs() + self.e2.abs()) * (2.0 * EDGE_TOLERANCE + 1.0 / (1 << 22) as f32) + reach / (1 << 22) as f32
+        (self.e1.abs() + self.e2.abs()) / (1 << 22) as f32 + reach / (1 << 22) as f32
     }
 
     /// The box without any margin.

@@ -3,19 +3,16 @@
 use glam::Vec3;
 
 use crate::{
-    Accel, Bounds,
+    Accel, Bounds, Item,
     item::{TAG_NODE, TAG_TRIANGLE},
 };
 
-/// How far beyond an edge a hit counts, in barycentric units.
-///
-/// Rounding moves an edge by some 2^-23 of the triangle's size, differently for the two triangles that share it; with
-/// this much overlap no ray slips through a closed mesh.
-pub const EDGE_TOLERANCE: f32 = 1.0 / (1 << 20) as f32;
 /// Factor on the far distance of a slab test, 1 + 2^-20; see the crate's documentation.
 pub const SLAB_PADDING: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 /// Direction components nearer to 0 are moved out to this before their reciprocal is taken.
-pub const LEAST_DIRECTION: f32 = 1e-20;
+pub const LEAST_DIRECTION: f32 = f32::from_bits(27 << 23); // 2^-100
+/// What the sum of two barycentric weights and its comparison with 1 may be off by: 2^-22.
+pub const SUM_SLACK: f32 = 1.0 / (1 << 22) as f32;
 /// Stack entries that a walk must have room for.
 pub const MOST_STACK: u32 = 62;
 
@@ -69,12 +66,13 @@ pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
 struct Local {
     origin: Vec3,
     direction: Vec3,
+    length: f32,
     reciprocal: Vec3,
 }
 
 impl Local {
     fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, reciprocal: safe_reciprocal(direction) }
+        Self { origin, direction, length: direction.length(), reciprocal: safe_reciprocal(direction) }
     }
 
     /// Distance at which a box is entered, at least `t_min`; none if it is missed or lies beyond `t_max`.
@@ -86,8 +84,10 @@ impl Local {
         (near <= far).then_some(near)
     }
 
-    /// Möller and Trumbore, "Fast, minimum storage ray-triangle intersection" (1997).
-    fn hit(&self, v0: Vec3, e1: Vec3, e2: Vec3) -> Option<(f32, f32, f32)> {
+    /// Möller and Trumbore, "Fast, minimum storage ray-triangle intersection" (1997), with the edges moved out by the
+    /// bound on their own rounding; see [`crate::item`].
+    fn hit(&self, item: &Item) -> Option<(f32, f32, f32)> {
+        let (v0, e1, e2) = (item.vec3(0), item.vec3(4), item.vec3(8));
         let p = self.direction.cross(e2);
         let det = e1.dot(p);
         if det == 0.0 {
@@ -99,8 +99,11 @@ impl Local {
         let q = s.cross(e1);
         let b2 = self.direction.dot(q) * inverse;
         let t = e2.dot(q) * inverse;
-        let inside = b1 >= -EDGE_TOLERANCE && b2 >= -EDGE_TOLERANCE && b1 + b2 <= 1.0 + EDGE_TOLERANCE;
-        inside.then_some((t, b1, b2))
+        let unit = self.length * inverse.abs();
+        let away = s.abs().max_element() * unit;
+        let (slack1, slack2) = (item.float(7) * away, item.float(11) * away);
+        let slack = SUM_SLACK + slack1 + slack2 + item.float(12) * unit;
+        (b1 >= -slack1 && b2 >= -slack2 && b1 + b2 <= 1.0 + slack).then_some((t, b1, b2))
     }
 }
 
@@ -150,7 +153,7 @@ impl Accel {
                     }
                 }
                 TAG_TRIANGLE => {
-                    if let Some((t, b1, b2)) = local.hit(item.vec3(0), item.vec3(4), item.vec3(8))
+                    if let Some((t, b1, b2)) = local.hit(item)
                         && t > ray.t_min
                         && t < t_max
                     {

@@ -27,7 +27,7 @@ impl Rng {
     }
 
     pub(crate) fn index(&mut self, n: usize) -> usize {
-        (self.bits() as u64 * n as u64 >> 32) as usize
+        ((self.bits() as u64 * n as u64) >> 32) as usize
     }
 
     /// In [−1, 1)³.
