@@ -11,6 +11,9 @@ const YFOV: f64 = 0.7;
 /// With more placed vertices than this, boxes of meshes are transformed in place of vertices.
 const MOST_VERTICES: usize = 50_000_000;
 
+/// Corners beyond this count as not finite: a frame around them would overflow. The comparison is false for NaN.
+const FARTHEST: f64 = 1e100;
+
 impl Scene {
     /// The box around all placed triangles, lower and upper corner; `None` when no corner of one is finite.
     ///
@@ -75,7 +78,7 @@ fn corners_of(mesh: &Mesh) -> Vec<DVec3> {
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
-    points.filter(|p| p.is_finite()).fold(None, |sum, p| match sum {
+    points.filter(|p| p.abs().max_element() < FARTHEST).fold(None, |sum, p| match sum {
         None => Some((p, p)),
         Some((low, high)) => Some((low.min(p), high.max(p))),
     })

@@ -4,13 +4,19 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{ReadChannels, ReadLayers};
-use image::{ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder};
 
 use crate::EnvironmentMap;
 use crate::import::{LoadError, read_file};
 
 /// Texels that one map may have: 16 k × 8 k.
 const MOST_TEXELS: u64 = 128 << 20;
+/// A map with more texels than this must have [`MOST_TEXELS_A_BYTE`] at most, or its header is taken for a lie: memory is
+/// allocated before the decoder can find out.
+const TRUSTED_TEXELS: u64 = 16 << 20;
+/// Run lengths of Radiance reach 16 texels a byte, ZIP on noise-free halves somewhat more.
+const MOST_TEXELS_A_BYTE: u64 = 24;
 /// Bytes that one file may have.
 const MOST_BYTES: u64 = 4 << 30;
 /// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the range of f32.
@@ -60,29 +66,46 @@ pub fn load_environment_with_warnings(path: &Path) -> Result<(EnvironmentMap, Ve
     Ok((map, warnings))
 }
 
-fn check_size(width: u64, height: u64) -> Result<(), String> {
+fn check_size(width: u64, height: u64, file_bytes: usize) -> Result<(), String> {
     match width.checked_mul(height) {
         Some(0) => Err("it has no texels".into()),
-        Some(texels) if texels <= MOST_TEXELS => Ok(()),
+        Some(texels) if texels <= TRUSTED_TEXELS => Ok(()),
+        Some(texels) if texels <= MOST_TEXELS => {
+            if texels <= (file_bytes as u64).saturating_mul(MOST_TEXELS_A_BYTE) {
+                return Ok(());
+            }
+            Err(format!("it states {width} × {height} texels in only {file_bytes} bytes"))
+        }
         _ => Err(format!("it states {width} × {height} texels, and {MOST_TEXELS} are the most that are read")),
     }
 }
 
 fn hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Hdr);
-    reader.limits(Limits::no_limits()); // The size is checked here, before anything is allocated.
-    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    // Not strict: comments and unknown header lines are common.
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let metadata = decoder.metadata();
     let (width, height) = decoder.dimensions();
-    check_size(width.into(), height.into())?;
-    let pixels = image::DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
-    let texels = pixels.pixels().map(|p| p.0).collect();
+    check_size(width.into(), height.into(), bytes.len())?;
+    let pixels = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
+    // EXPOSURE and COLORCORR state what the stored values were multiplied by.
+    let exposure = metadata.exposure.unwrap_or(1.0);
+    let (r, g, b) = metadata.color_correction.unwrap_or((1.0, 1.0, 1.0));
+    let factor = [r, g, b].map(|c| 1.0 / (c * exposure));
+    if !factor.iter().all(|f| f.is_finite() && *f > 0.0) {
+        return Err("its EXPOSURE or COLORCORR is not a positive number".into());
+    }
+    let texels = pixels.pixels().map(|p| std::array::from_fn(|i| p.0[i] * factor[i])).collect();
     Ok(EnvironmentMap { width, height, texels })
 }
 
 fn exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
-        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64)?;
+        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, bytes.len())?;
+    }
+    let has = |header: &exr::meta::header::Header, name: &str| header.channels.list.iter().any(|c| c.name.eq(name));
+    if !meta.headers.iter().any(|header| ["R", "G", "B"].iter().all(|name| has(header, name))) {
+        return Err("it has no layer with channels R, G and B".into());
     }
     let image = exr::prelude::read()
         .no_deep_data()
@@ -101,7 +124,7 @@ fn exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
     let size = image.layer_data.size;
-    check_size(size.0 as u64, size.1 as u64)?;
+    check_size(size.0 as u64, size.1 as u64, bytes.len())?;
     let (_, texels) = image.layer_data.channel_data.pixels;
     Ok(EnvironmentMap { width: size.0 as u32, height: size.1 as u32, texels })
 }

@@ -189,7 +189,7 @@ pub(crate) struct PbrJson {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct TextureInfo {
-    pub(crate) index: Int,
+    pub(crate) index: Option<Int>,
     #[serde(default)]
     pub(crate) tex_coord: Int,
     /// Normal textures only.
@@ -291,7 +291,8 @@ pub(crate) fn parse(json: &[u8]) -> Result<Document> {
         // Only a refused file pays for the second pass that tracks the path.
         let mut reader = serde_json::Deserializer::from_str(text);
         match serde_path_to_error::deserialize::<_, Document>(&mut reader) {
-            Err(e) if e.path().iter().next().is_some() => {
+            // The path of a mere syntax error says no more than its line and column.
+            Err(e) if e.path().iter().next().is_some() && !e.inner().is_syntax() && !e.inner().is_eof() => {
                 Fault::Format(format!("{} in its JSON: {}", e.path(), e.inner()))
             }
             _ => Fault::Format(format!("its JSON cannot be parsed: {quick}")),

@@ -72,7 +72,15 @@ impl Default for LoadOptions {
 /// nothing sensible to draw (accessors and indices out of range, node cycles), or asks for more than `options` allow.
 /// Everything that can be done without ends up in [`Scene::warnings`] instead.
 pub fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, LoadError> {
-    read(path, options).map_err(|fault| fault.at(path))
+    load_bytes(&read_file(path, options.max_buffer_bytes)?, path, options)
+}
+
+/// Loads a .glb or .gltf file that is in memory already; `path` names it in messages, and URIs are relative to its folder.
+///
+/// # Errors
+/// See [`load`].
+pub fn load_bytes(file: &[u8], path: &Path, options: &LoadOptions) -> std::result::Result<Scene, LoadError> {
+    read(file, path, options).map_err(|fault| fault.at(path))
 }
 
 /// A whole file, for readers outside the importer.
@@ -80,10 +88,9 @@ pub(crate) fn read_file(path: &Path, limit: u64) -> std::result::Result<Vec<u8>,
     uri::read_file(path, limit, "the file").map_err(|fault| fault.at(path))
 }
 
-fn read(path: &Path, options: &LoadOptions) -> Result<Scene> {
+fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    let file = uri::read_file(path, options.max_buffer_bytes, "the file")?;
-    let container = glb::split(&file, &mut warnings)?;
+    let container = glb::split(file, &mut warnings)?;
     let document = document::parse(container.json)?;
     check_version(&document)?;
     let extensions = extensions::check(&document, &mut warnings)?;

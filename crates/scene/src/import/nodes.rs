@@ -15,7 +15,7 @@ pub(crate) struct Placed {
     pub(crate) to_world: DAffine3,
 }
 
-/// All nodes of the chosen scene, in the order of their indices.
+/// All nodes of the chosen scene that carry something, in the order of their indices.
 ///
 /// The scene is `wanted`, else the file's default, else its first, else all nodes without a parent.
 pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut Warnings) -> Result<Vec<Placed>> {
@@ -27,7 +27,9 @@ pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut W
     while let Some((index, parent)) = stack.pop() {
         let node = &document.nodes[index];
         let to_world = parent * local(node, index, warnings);
-        placed.push(Placed { node: index, to_world });
+        if node.mesh.is_some() || node.camera.is_some() || node.extensions.is_some() {
+            placed.push(Placed { node: index, to_world });
+        }
         stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world)));
     }
     placed.sort_unstable_by_key(|p| p.node);

@@ -26,13 +26,21 @@ pub(crate) fn read(
     let document = accessors.document;
     let used = used_meshes(document, placed, warnings)?;
     let mut plans = Vec::new();
+    // Which plans make up a glTF mesh. Primitives with the same accessors and material are read once, whatever mesh they
+    // are in: some exporters write a mesh anew for every place.
+    let mut plans_of: HashMap<usize, Vec<usize>> = HashMap::new();
+    let mut known = HashMap::new();
     for &mesh in &used {
-        for primitive in 0..document.meshes[mesh].primitives.len() {
-            if let Some(plan) = Plan::new(accessors, mesh, primitive, warnings)? {
-                let place = format!("mesh {mesh}, primitive {primitive}");
-                let json = &document.meshes[mesh].primitives[primitive];
-                plans.push((mesh, materials::index_of(document, json.material, &place, warnings), plan));
+        for (index, json) in document.meshes[mesh].primitives.iter().enumerate() {
+            let Some(plan) = Plan::new(accessors, mesh, index, warnings)? else { continue };
+            let place = format!("mesh {mesh}, primitive {index}");
+            let material = materials::index_of(document, json.material, &place, warnings);
+            let key = (&json.attributes, json.indices, json.mode, material);
+            let plan_index = *known.entry(key).or_insert(plans.len());
+            if plan_index == plans.len() {
+                plans.push((mesh, material, plan));
             }
+            plans_of.entry(mesh).or_default().push(plan_index);
         }
     }
 
@@ -64,17 +72,22 @@ pub(crate) fn read(
         },
     );
 
-    let mut parts: HashMap<usize, Vec<usize>> = HashMap::new();
+    let mut mesh_of_plan = Vec::with_capacity(plans.len());
     for (&(index, _, _), mesh) in plans.iter().zip(meshes) {
         let (mut mesh, said) = mesh?;
         warnings.append(said);
         if mesh.triangles.is_empty() {
+            mesh_of_plan.push(None);
             continue;
         }
         mesh.name = document.meshes[index].name.clone().unwrap_or_default();
-        parts.entry(index).or_default().push(scene.meshes.len());
+        mesh_of_plan.push(Some(scene.meshes.len()));
         scene.meshes.push(mesh);
     }
+    let parts = plans_of
+        .into_iter()
+        .map(|(mesh, plans)| (mesh, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
+        .collect();
     let mut binder = Binder::new(document, &decoded);
     scene.materials = drafts.into_iter().map(|draft| draft.bind(&mut binder)).collect();
     scene.textures = binder.textures;
@@ -82,6 +95,9 @@ pub(crate) fn read(
     warnings.append(decoded.warnings);
     scene.images = decoded.images;
     scene.instances = instances(document, placed, &parts, sources.options.max_instances, warnings)?;
+    if scene.instances.is_empty() {
+        warnings.push("The scene shows no triangles.");
+    }
     Ok(())
 }
 

@@ -40,7 +40,11 @@ struct TransformJson {
 
 /// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads nowhere.
 pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warnings: &mut Warnings) -> Option<Lookup> {
-    if let Err(fault) = get(&document.textures, info.index, "texture", place) {
+    let Some(index) = info.index else {
+        warnings.push(format!("A texture is left out: {place} does not say which."));
+        return None;
+    };
+    if let Err(fault) = get(&document.textures, index, "texture", place) {
         warnings.push(format!("A texture is left out: {}.", fault.reason()));
         return None;
     }
@@ -51,8 +55,10 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
             Ok(json) => {
                 uv_set = json.tex_coord.unwrap_or(uv_set);
                 transform = affine(&json);
-                if transform.is_some_and(|t| !t.is_finite()) {
-                    warnings.push(format!("KHR_texture_transform of {place} is not finite and is ignored."));
+                if !transform.is_none_or(sensible) {
+                    warnings.push(format!(
+                        "KHR_texture_transform of {place} is not finite or absurdly large; it is ignored."
+                    ));
                     transform = None;
                 }
             }
@@ -67,7 +73,7 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
         ));
         return None;
     }
-    Some(Lookup { texture: info.index.index(), uv_set: uv_set.0 as u32, transform })
+    Some(Lookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
 }
 
 /// uv′ = offset + R · (scale · uv). The extension counts the angle counter-clockwise in an image whose v points down,
@@ -76,6 +82,11 @@ fn affine(json: &TransformJson) -> Option<Affine2> {
     let scale = Vec2::from(json.scale.unwrap_or([1.0, 1.0]));
     let affine = Affine2::from_scale_angle_translation(scale, -json.rotation, Vec2::from(json.offset));
     (affine != Affine2::IDENTITY).then_some(affine)
+}
+
+/// Whether transformed coordinates stay in the range of `f32`.
+fn sensible(t: Affine2) -> bool {
+    t.to_cols_array().iter().all(|c| c.abs() < 1e9)
 }
 
 /// The glTF image behind a texture: its core `source`. Extensions with images of other formats are not read.

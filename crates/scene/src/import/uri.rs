@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -23,7 +23,16 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
     match uri.get(..5) {
         Some(scheme) if scheme.eq_ignore_ascii_case("data:") => decode_data(&uri[5..], limit, place),
-        _ => read_file(&resolve(uri, folder, place)?, limit, place),
+        _ => {
+            let path = resolve(uri, folder, place)?;
+            // Opening a pipe would wait for a writer.
+            match path.metadata() {
+                Ok(metadata) if !metadata.is_file() => {
+                    Err(Fault::invalid(place, format!("refers to {}, which is no regular file", path.display())))
+                }
+                _ => read_file(&path, limit, place),
+            }
+        }
     }
 }
 
@@ -69,25 +78,16 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
     if decoded.contains('\0') {
         return refuse(format!("has the URI {}, which holds a zero byte", shown(uri)));
     }
-    // A name with a literal % that exporters forgot to encode exists as it stands.
-    let plain = [decoded.as_ref(), uri].into_iter().find(|name| folder.join(name).exists()).unwrap_or(&decoded);
-    // Windows exporters write back-slashes.
-    let name =
-        if plain.contains('\\') && !folder.join(plain).exists() { plain.replace('\\', "/") } else { plain.into() };
-
-    let mut depth = 0_i32;
-    for component in Path::new(&name).components() {
-        match component {
-            Component::Normal(_) => depth += 1,
-            Component::CurDir => {}
-            Component::ParentDir => depth -= 1,
-            Component::RootDir | Component::Prefix(_) => depth = -1,
-        }
-        if depth < 0 {
-            return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
-        }
+    // Before the file system is asked anything: on Windows even looking for a network share goes out to the network.
+    // Windows exporters write back-slashes, so they separate, whatever the platform.
+    let slashed = decoded.replace('\\', "/");
+    if leaves(&slashed) || leaves(&uri.replace('\\', "/")) {
+        return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
     }
-    let path = folder.join(&name);
+    // A name with a literal % that the exporter forgot to encode exists as it stands.
+    let candidates = [decoded.as_ref(), uri, slashed.as_str()];
+    let name = candidates.into_iter().find(|name| folder.join(name).exists()).unwrap_or(&decoded);
+    let path = folder.join(name);
     // Links could still lead out. A missing file is told when it is opened.
     if let (Ok(real), Ok(root)) = (path.canonicalize(), folder.canonicalize())
         && !real.starts_with(&root)
@@ -95,6 +95,22 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
         return refuse(format!("has the URI {}, a link that leaves the scene's folder", shown(uri)));
     }
     Ok(path)
+}
+
+/// Whether a path with `/` between its parts is absolute or climbs above where it starts.
+fn leaves(path: &str) -> bool {
+    let mut depth = 0_i64;
+    let drive = path.as_bytes().get(1) == Some(&b':');
+    path.starts_with('/')
+        || drive
+        || path.split('/').any(|part| {
+            depth += match part {
+                "" | "." => 0,
+                ".." => -1,
+                _ => 1,
+            };
+            depth < 0
+        })
 }
 
 /// Reads a whole file, refusing one above the limit before its bytes are in memory.

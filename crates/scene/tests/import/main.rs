@@ -1,0 +1,13 @@
+//! The importer on small files made in memory: one test a feature, one a fault.
+
+mod accessors;
+mod build;
+mod cameras_and_lights;
+mod container;
+mod environment;
+mod framing;
+mod hostile;
+mod materials;
+mod meshes;
+mod nodes;
+mod textures;

@@ -1,0 +1,152 @@
+//! Materials and their extensions.
+
+use serde_json::{Value, json};
+use surelight_scene::{AlphaMode, Material, Volume};
+
+use crate::build::{Gltf, warned};
+
+fn material(json: Value) -> Material {
+    let mut scene = Gltf::square().material(json).load();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene.materials.remove(0)
+}
+
+fn extended(name: &str, json: Value) -> Material {
+    material(json!({"extensions": {name: json}}))
+}
+
+#[test]
+fn defaults_are_gltfs() {
+    assert_eq!(material(json!({})), Material::default());
+    let scene = Gltf::triangle().load();
+    assert_eq!(scene.materials, [Material::default()]);
+}
+
+#[test]
+fn factors() {
+    let got = material(json!({
+        "name": "m", "doubleSided": true, "emissiveFactor": [0.1, 0.2, 0.3],
+        "pbrMetallicRoughness": {"baseColorFactor": [0.4, 0.5, 0.6, 0.7], "metallicFactor": 0.8, "roughnessFactor": 0.9},
+    }));
+    let expected = Material {
+        name: "m".into(),
+        base_color: [0.4, 0.5, 0.6, 0.7],
+        metallic: 0.8,
+        roughness: 0.9,
+        emissive: [0.1, 0.2, 0.3],
+        double_sided: true,
+        ..Material::default()
+    };
+    assert_eq!(got, expected);
+}
+
+#[test]
+fn alpha_modes() {
+    assert_eq!(material(json!({"alphaMode": "OPAQUE", "alphaCutoff": 0.1})).alpha_mode, AlphaMode::Opaque);
+    assert_eq!(material(json!({"alphaMode": "MASK"})).alpha_mode, AlphaMode::Mask(0.5));
+    assert_eq!(material(json!({"alphaMode": "MASK", "alphaCutoff": 1.5})).alpha_mode, AlphaMode::Mask(1.5));
+    assert_eq!(material(json!({"alphaMode": "BLEND"})).alpha_mode, AlphaMode::Blend);
+    let scene = Gltf::square().material(json!({"alphaMode": "SHINY"})).load();
+    assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Opaque);
+    warned(&scene, "SHINY");
+}
+
+#[test]
+fn factors_out_of_range_are_clamped_and_told() {
+    let scene = Gltf::square()
+        .material(json!({
+            "name": "wild", "emissiveFactor": [-1, 0, 0],
+            "pbrMetallicRoughness": {"baseColorFactor": [5, 1, 1, 1], "metallicFactor": -3, "roughnessFactor": 1e300},
+        }))
+        .load();
+    let got = &scene.materials[0];
+    assert_eq!((got.base_color, got.metallic, got.roughness, got.emissive), ([1.0; 4], 0.0, 1.0, [0.0; 3]));
+    assert_eq!(scene.warnings.len(), 4);
+    assert!(scene.warnings.iter().all(|w| w.contains("material 0 (\"wild\")")), "{:?}", scene.warnings);
+}
+
+#[test]
+fn emissive_strength() {
+    let got = material(json!({
+        "emissiveFactor": [1, 0.5, 0], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 20}},
+    }));
+    assert_eq!(got.emissive, [20.0, 10.0, 0.0]);
+}
+
+#[test]
+fn ior() {
+    assert_eq!(extended("KHR_materials_ior", json!({})).ior, 1.5);
+    assert_eq!(extended("KHR_materials_ior", json!({"ior": 1.33})).ior, 1.33);
+    assert_eq!(extended("KHR_materials_ior", json!({"ior": 0})).ior, 0.0);
+    let scene = Gltf::square().material(json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}})).load();
+    assert_eq!(scene.materials[0].ior, 1.0);
+    warned(&scene, "ior of material 0 is 0.5");
+}
+
+#[test]
+fn specular() {
+    let got = extended("KHR_materials_specular", json!({"specularFactor": 0.25, "specularColorFactor": [1, 2, 3]}));
+    assert_eq!((got.specular, got.specular_color), (0.25, [1.0, 2.0, 3.0]));
+}
+
+#[test]
+fn transmission() {
+    assert_eq!(extended("KHR_materials_transmission", json!({"transmissionFactor": 0.75})).transmission, 0.75);
+    assert_eq!(extended("KHR_materials_transmission", json!({})).transmission, 0.0);
+}
+
+#[test]
+fn volume() {
+    let volume = |json| extended("KHR_materials_volume", json).volume;
+    assert_eq!(volume(json!({"attenuationDistance": 2})), None, "no thickness is a thin wall");
+    assert_eq!(
+        volume(json!({"thicknessFactor": 3, "attenuationDistance": 2, "attenuationColor": [0.1, 0.2, 0.3]})),
+        Some(Volume { attenuation_distance: 2.0, attenuation_color: [0.1, 0.2, 0.3] })
+    );
+    let clear = Some(Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] });
+    assert_eq!(volume(json!({"thicknessFactor": 1e-3})), clear);
+    for distance in [0.0, -1.0, 1e-300] {
+        let json = json!({"thicknessFactor": 1, "attenuationDistance": distance});
+        let scene = Gltf::square().material(json!({"extensions": {"KHR_materials_volume": json}})).load();
+        assert_eq!(scene.materials[0].volume, clear);
+        warned(&scene, "attenuationDistance");
+    }
+}
+
+#[test]
+fn unlit() {
+    assert!(extended("KHR_materials_unlit", json!({})).unlit);
+}
+
+#[test]
+fn mistyped_extensions_are_ignored_with_a_word() {
+    for (name, json) in [
+        ("KHR_materials_ior", json!({"ior": "1.3"})),
+        ("KHR_materials_specular", json!({"specularColorFactor": [1]})),
+        ("KHR_materials_volume", json!(7)),
+        ("KHR_materials_transmission", json!({"transmissionTexture": {"index": -1}})),
+    ] {
+        let scene = Gltf::square().material(json!({"extensions": {name: json}})).load();
+        assert_eq!(scene.materials[0], Material::default());
+        warned(&scene, name);
+    }
+}
+
+#[test]
+fn only_used_materials_are_kept_and_the_default_comes_last() {
+    let mut gltf = Gltf::square();
+    for name in ["unused", "b", "also unused", "a"] {
+        gltf.push("materials", json!({"name": name}));
+    }
+    let mut second = gltf.primitive().clone();
+    second["material"] = json!(1);
+    let mut third = second.clone();
+    third["material"] = json!(99);
+    gltf.primitive()["material"] = json!(3);
+    gltf.json["meshes"][0]["primitives"] = json!([gltf.primitive().clone(), second, third]);
+    let scene = gltf.load();
+    let names: Vec<_> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["b", "a", ""]);
+    assert_eq!(scene.meshes.iter().map(|m| m.material).collect::<Vec<_>>(), [1, 0, 2]);
+    warned(&scene, "material 99");
+}
