@@ -311,4 +311,6 @@ fn matrix(m: &DAffine3) -> Option<[f64; 16]> {
 }
 
 #[cfg(test)]
+mod round_trip;
+#[cfg(test)]
 mod tests;

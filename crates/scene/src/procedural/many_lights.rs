@@ -32,8 +32,8 @@ const PALETTE: [[f32; 3]; 8] = [
     [0.45, 0.50, 1.0],
 ];
 
-const SMALL_STRENGTH: f32 = 4.0;
-const LARGE_RADIANCE: [f32; 3] = [15.0, 8.0, 3.2];
+const SMALL_STRENGTH: f32 = 2.75;
+const LARGE_RADIANCE: [f32; 3] = [20.0, 11.0, 4.5];
 const HALF_WIDTH: f64 = 14.0;
 const WATER: f64 = 0.0;
 

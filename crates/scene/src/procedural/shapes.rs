@@ -319,8 +319,16 @@ impl Shape {
     }
 
     /// Rounded to f32, with tangents only when asked for (materials with a normal map need them).
-    pub fn into_mesh(self, name: &str, material: usize, tangents: bool) -> Mesh {
+    pub fn into_mesh(mut self, name: &str, material: usize, tangents: bool) -> Mesh {
         let count = self.positions.len();
+        if tangents && self.normals.is_empty() {
+            // glTF heeds tangents only beside normals. Flat shapes with tangents share no vertex between faces.
+            self.normals = vec![DVec3::ZERO; count];
+            for t in &self.triangles {
+                let [a, b, c] = t.map(|i| self.positions[i as usize]);
+                t.iter().for_each(|&i| self.normals[i as usize] = (b - a).cross(c - a).normalize());
+            }
+        }
         debug_assert!([self.normals.len(), self.uvs.len(), self.tangents.len()].iter().all(|&n| n == 0 || n == count));
         Mesh {
             name: name.to_owned(),
