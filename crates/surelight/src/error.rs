@@ -1,0 +1,79 @@
+//! What ends a command early, and how it is told: one sentence on standard error and an exit code.
+
+use std::path::PathBuf;
+
+/// Anything that ends a command with exit code 1.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Error {
+    /// The scene or an environment could not be read.
+    #[error(transparent)]
+    Load(#[from] surelight_scene::LoadError),
+    /// The device or the renderer.
+    #[error(transparent)]
+    Render(#[from] surelight_render::RenderError),
+    /// An image could not be written.
+    #[error(transparent)]
+    Write(#[from] surelight_film::WriteError),
+    /// A place where nothing can be written, found before rendering.
+    #[error("\"{}\" cannot be written: {cause}", path.display())]
+    Output {
+        /// The file to write.
+        path: PathBuf,
+        /// What stands in the way.
+        cause: String,
+    },
+    /// A camera that the file lacks.
+    #[error("there is no camera \"{wanted}\" in \"{}\": {available}", path.display())]
+    UnknownCamera {
+        /// The scene.
+        path: PathBuf,
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        available: String,
+    },
+    /// Options that do not fit the camera.
+    #[error("{0}")]
+    Camera(&'static str),
+    /// An image that does not fit into memory.
+    #[error(
+        "an image of {width}x{height} pixels needs {gib:.1} GiB of memory, which is not to be had; choose a smaller --size"
+    )]
+    Memory {
+        /// Pixels a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// What it needs.
+        gib: f64,
+    },
+    /// Ctrl-C before there was anything to keep.
+    #[error("interrupted before the first sample was done; nothing was written")]
+    Interrupted,
+    /// Standard output or the terminal.
+    #[error("the result could not be printed: {0}")]
+    Print(std::io::Error),
+}
+
+/// A message in the form in which it stands after "error: ": on one line, no capital article, no full stop.
+pub(crate) fn sentence(message: &str) -> String {
+    let line = message.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    let line = line.strip_suffix('.').unwrap_or(&line);
+    match line.strip_prefix("The ") {
+        Some(rest) => format!("the {rest}"),
+        None => line.to_owned(), // it may begin with a file's name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sentence;
+
+    #[test]
+    fn messages_are_brought_into_one_form() {
+        assert_eq!(sentence("The file \"a\" is gone."), "the file \"a\" is gone");
+        assert_eq!(sentence("GPU lost:\n  timeout"), "GPU lost: timeout");
+        assert_eq!(sentence("Box  One.glb is cut short."), "Box  One.glb is cut short");
+        assert_eq!(sentence(""), "");
+    }
+}

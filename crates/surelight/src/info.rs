@@ -1,0 +1,141 @@
+//! `surelight info`: what is in a scene, what the kernel will include because of it, and what is not supported.
+
+mod contents;
+mod reasons;
+
+use std::fmt::{self, Display};
+
+use serde::Serialize;
+use surelight_render::{Prepared, Settings};
+use surelight_scene::{LoadOptions, Scene};
+
+use crate::args::{CameraArgs, InfoArgs, LightArgs};
+use crate::error::Error;
+use crate::{camera, console, light};
+
+use contents::Contents;
+
+/// A scene laid open; its fields are the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct Info {
+    /// The file as it was given.
+    scene: String,
+    #[serde(flatten)]
+    contents: Contents,
+    /// The triangles as the kernel sees them.
+    bvh: Bvh,
+    /// Parts that the kernel may have.
+    kernel: Vec<Part>,
+    /// Everything that was not read as written.
+    warnings: Vec<String>,
+}
+
+/// A part that the kernel has or lacks because of the scene.
+#[derive(Debug, Serialize)]
+struct Part {
+    /// Name of the condition in the shaders.
+    name: &'static str,
+    /// Whether it is compiled in.
+    included: bool,
+    /// What it does.
+    meaning: &'static str,
+    /// What in the scene asks for it.
+    because: Option<String>,
+}
+
+/// Loads the scene and tells what is in it. No device is needed.
+pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
+    let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+    let scene = surelight_scene::load(&args.scene, &options)?;
+    let info = describe(args, scene)?;
+    let text = if args.json {
+        serde_json::to_string_pretty(&info).map_err(|e| Error::Print(e.into()))? + "\n"
+    } else {
+        info.to_string()
+    };
+    console::result(&text)
+}
+
+fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
+    // As `render` would without options: the kernel follows from it.
+    let contents = Contents::of(&scene);
+    let camera = CameraArgs::default();
+    let view = camera::choose(&scene, &args.scene, &camera, None)?;
+    let note = light::set(&mut scene, &LightArgs::default())?;
+    let prepared = Prepared::new(&scene, &view.camera, &Settings::new(view.size.width, view.size.height))?;
+    let kernel = prepared
+        .features
+        .list()
+        .into_iter()
+        // How the BVH is stored depends on the device, not on the scene.
+        .filter(|&(name, ..)| name != "items_image")
+        .map(|(name, included, meaning)| {
+            let because = if included { reasons::find(name, &scene) } else { None };
+            Part { name, included, meaning: meaning.trim(), because }
+        })
+        .collect();
+    let mut warnings = scene.warnings;
+    warnings.extend(view.note);
+    warnings.extend(note);
+    Ok(Info { scene: args.scene.display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
+}
+
+/// What became of the triangles.
+#[derive(Debug, Serialize)]
+struct Bvh {
+    /// Nodes, triangles and instances of the kernel's stream.
+    items: usize,
+    /// Entries that a walk's stack needs.
+    stack_depth: u32,
+    /// Left out: corners that are not finite.
+    non_finite_triangles: u64,
+    /// Left out: no area.
+    zero_area_triangles: u64,
+}
+
+impl Bvh {
+    fn of(prepared: &Prepared) -> Self {
+        let accel = &prepared.accel;
+        Self {
+            items: accel.items.len(),
+            stack_depth: accel.stack_depth,
+            non_finite_triangles: accel.skipped.non_finite,
+            zero_area_triangles: accel.skipped.zero_area,
+        }
+    }
+}
+
+impl Display for Info {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.scene)?;
+        write!(f, "{}", self.contents)?;
+        let bvh = &self.bvh;
+        write!(f, "BVH         {} items, {} KiB", bvh.items, bvh.items.div_ceil(16))?;
+        match bvh.non_finite_triangles + bvh.zero_area_triangles {
+            0 => writeln!(f)?,
+            _ => writeln!(
+                f,
+                "; left out: {} triangles that are not finite, {} without area",
+                bvh.non_finite_triangles, bvh.zero_area_triangles
+            )?,
+        }
+        writeln!(f, "\nThe kernel for it has")?;
+        for part in self.kernel.iter().filter(|part| part.included) {
+            write!(f, "  {:<27} {}", part.name, part.meaning.trim_end_matches('.'))?;
+            match &part.because {
+                Some(because) => writeln!(f, " ({because})")?,
+                None => writeln!(f)?,
+            }
+        }
+        let absent: Vec<_> = self.kernel.iter().filter(|part| !part.included).map(|part| part.name).collect();
+        if !absent.is_empty() {
+            writeln!(f, "and does without\n  {}", absent.join(", "))?;
+        }
+        if self.warnings.is_empty() {
+            writeln!(f, "\nEverything in the file is supported.")
+        } else {
+            writeln!(f, "\nNot as written in the file")?;
+            self.warnings.iter().try_for_each(|warning| writeln!(f, "  {warning}"))
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! What in a scene asks for a part of the kernel.
+
+use surelight_scene::{AlphaMode, LightKind, Material, Mesh, Scene};
+
+/// What asks for the feature of this name; `None` where it is no single thing of the file.
+pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
+    let materials = |wants: fn(&Material) -> bool| {
+        named("material", scene.materials.iter().filter(|m| wants(m)).map(|m| m.name.as_str()))
+    };
+    let meshes =
+        |wants: fn(&Mesh) -> bool| named("mesh", scene.meshes.iter().filter(|m| wants(m)).map(|m| m.name.as_str()));
+    match feature {
+        "vertex_normals" => meshes(|m| m.normals.is_some()),
+        "vertex_colors" => meshes(|m| m.colors.is_some()),
+        "tangents" => meshes(|m| m.tangents.is_some()),
+        "base_color_texture" => materials(|m| m.base_color_texture.is_some()),
+        "metallic_roughness_texture" => materials(|m| m.metallic_roughness_texture.is_some()),
+        "normal_texture" => materials(|m| m.normal_texture.is_some()),
+        "emissive_texture" => materials(|m| m.emissive_texture.is_some()),
+        "specular_texture" => materials(|m| m.specular_texture.is_some()),
+        "specular_color_texture" => materials(|m| m.specular_color_texture.is_some()),
+        "transmission_texture" => materials(|m| m.transmission_texture.is_some()),
+        "alpha" => materials(|m| m.alpha_mode != AlphaMode::Opaque),
+        "metal" => materials(|m| m.metallic > 0.0),
+        "transmission" => materials(|m| m.transmission > 0.0),
+        "volume" => materials(|m| m.volume.is_some()),
+        "unlit" => materials(|m| m.unlit),
+        "emission" | "area_lights" => materials(Material::is_emissive),
+        "instances" => {
+            let mut placed = vec![0usize; scene.meshes.len()];
+            scene.instances.iter().for_each(|instance| placed[instance.mesh] += 1);
+            let reused = scene.meshes.iter().zip(&placed).filter(|&(_, &n)| n > 1);
+            named("mesh", reused.map(|(mesh, _)| mesh.name.as_str()))
+        }
+        "punctual_lights" => {
+            let kinds = scene.lights.iter().map(|light| match light.kind {
+                LightKind::Point { .. } => "point",
+                LightKind::Spot { .. } => "spot",
+                LightKind::Directional { .. } => "directional",
+            });
+            named("light", kinds)
+        }
+        "textures" => Some(format!("{} textures", scene.textures.len())).filter(|_| !scene.textures.is_empty()),
+        _ => None,
+    }
+}
+
+/// "material "Glass"" or "3 materials, the first "Glass""; `None` for none.
+fn named<'a>(kind: &str, mut names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let first = names.next()?;
+    let plural = if kind == "mesh" { "meshes".to_owned() } else { format!("{kind}s") };
+    Some(match names.count() {
+        0 => format!("{kind} \"{first}\""),
+        others => format!("{} {plural}, the first \"{first}\"", others + 1),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cause_is_named() {
+        let glass = Material { name: "Glass".into(), transmission: 1.0, metallic: 0.0, ..Material::default() };
+        let steel = Material { name: "Steel".into(), ..Material::default() };
+        let scene = Scene { materials: vec![steel.clone(), glass, steel], ..Scene::default() };
+        assert_eq!(find("transmission", &scene).as_deref(), Some("material \"Glass\""));
+        assert_eq!(find("metal", &scene).as_deref(), Some("2 materials, the first \"Steel\""));
+        assert_eq!(find("volume", &scene), None);
+    }
+}

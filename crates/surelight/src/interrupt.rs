@@ -1,0 +1,29 @@
+//! Ctrl-C (and a polite kill): the first asks the render to finish and write, the second ends the program at once.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::console;
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// What shells report for a program ended by Ctrl-C.
+const KILLED_BY_INTERRUPT: i32 = 130;
+
+/// Begins to listen. Where the system refuses, Ctrl-C ends the program as usual.
+pub(crate) fn listen() {
+    let heard = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::SeqCst) {
+            std::process::exit(KILLED_BY_INTERRUPT);
+        }
+        // A bar may stand on this line.
+        console::note("\nstopping: the image so far will be written; once more ends at once");
+    });
+    if let Err(error) = heard {
+        console::note(&format!("warning: Ctrl-C will not save the image: {error}"));
+    }
+}
+
+/// Whether Ctrl-C was pressed.
+pub(crate) fn requested() -> bool {
+    STOP.load(Ordering::SeqCst)
+}

@@ -1,0 +1,65 @@
+//! The command line of Surelight: arguments, progress, messages, exit codes.
+//!
+//! Everything that renders is in the libraries; here it is decided what to render and told how it went.
+
+// They panic when a pipe is closed; see `console`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod args;
+mod camera;
+mod console;
+mod devices;
+mod error;
+mod fingerprint;
+mod headless;
+mod info;
+mod interrupt;
+mod light;
+mod output;
+mod parse;
+mod progress;
+mod render;
+mod summary;
+
+use std::panic;
+use std::process::ExitCode;
+
+use crate::args::Command;
+use crate::error::{Error, sentence};
+
+/// Bad input, a device or a disk that fails.
+const ERROR: u8 = 1;
+/// The time was up or Ctrl-C came before the target was met; the image is written.
+const STOPPED_EARLY: u8 = 3;
+
+fn main() -> ExitCode {
+    // Help and wrong usage end here, with the exit codes 0 and 2.
+    let command = args::parse(std::env::args_os()).unwrap_or_else(|told| told.exit());
+    headless::silence_layers();
+    panic::set_hook(Box::new(|info| {
+        console::note(&format!("error: Surelight has a defect, please report it: {}", sentence(&info.to_string())));
+    }));
+    let done = panic::catch_unwind(|| match command {
+        Command::Render(args) => render(&args),
+        Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
+    });
+    match done {
+        Ok(Ok(code)) => code,
+        Ok(Err(error)) => {
+            console::note(&format!("error: {}", sentence(&error.to_string())));
+            ExitCode::from(ERROR)
+        }
+        Err(_) => ExitCode::from(ERROR), // told by the hook
+    }
+}
+
+fn render(args: &args::RenderArgs) -> Result<ExitCode, Error> {
+    let summary = render::run(args)?;
+    let text = if args.json { summary.json().map_err(|e| Error::Print(e.into()))? } else { summary.to_string() };
+    console::result(&text)?;
+    Ok(match summary.stopped {
+        summary::Stop::Done => ExitCode::SUCCESS,
+        summary::Stop::Time | summary::Stop::Interrupt => ExitCode::from(STOPPED_EARLY),
+    })
+}

@@ -1,0 +1,113 @@
+//! Where images go: default names, and checks before an hour of rendering is spent in vain.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::parse::{Format, OutputPath};
+
+/// The files to write: those asked for, or the scene's name as .png and .exr in the current folder.
+pub(crate) fn choose(scene: &Path, asked: &[OutputPath]) -> Vec<OutputPath> {
+    if !asked.is_empty() {
+        return asked.to_vec();
+    }
+    let stem = scene.file_stem().map_or_else(|| OsString::from("surelight"), OsString::from);
+    let named = |extension: &str, format| {
+        let mut name = stem.clone();
+        name.push(extension);
+        OutputPath { path: PathBuf::from(name), format }
+    };
+    vec![named(".png", Format::Png), named(".exr", Format::Exr)]
+}
+
+/// Finds out now whether the files can be written later. Nothing stays behind.
+///
+/// `inputs` are files that the render reads: writing over one of them is refused.
+pub(crate) fn check(outputs: &[OutputPath], inputs: &[PathBuf]) -> Result<(), Error> {
+    for (i, OutputPath { path, .. }) in outputs.iter().enumerate() {
+        let fail = |cause: String| Error::Output { path: path.clone(), cause };
+        if outputs[..i].iter().any(|other| same_file(&other.path, path)) {
+            return Err(fail("it is given twice".into()));
+        }
+        if let Some(input) = inputs.iter().find(|input| same_file(input, path)) {
+            return Err(fail(format!("the render reads it (as \"{}\"); choose another name", input.display())));
+        }
+        match fs::metadata(path) {
+            Ok(meta) if meta.is_dir() => return Err(fail("it is a folder".into())),
+            Ok(meta) if !meta.is_file() => continue, // a device or a pipe: nothing to try out
+            Ok(meta) if meta.permissions().readonly() => return Err(fail("it is write-protected".into())),
+            _ => {}
+        }
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        // The image is first written beside its target: the same has to work now.
+        if let Err(error) = tempfile::Builder::new().prefix(".surelight").tempfile_in(folder) {
+            return Err(fail(folder_cause(folder, &error)));
+        }
+    }
+    Ok(())
+}
+
+fn folder_cause(folder: &Path, error: &std::io::Error) -> String {
+    let folder = folder.display();
+    match error.kind() {
+        ErrorKind::NotFound => format!("the folder \"{folder}\" does not exist"),
+        ErrorKind::NotADirectory => format!("\"{folder}\" is not a folder"),
+        ErrorKind::PermissionDenied => format!("the folder \"{folder}\" is write-protected"),
+        ErrorKind::ReadOnlyFilesystem => format!("the folder \"{folder}\" is on a read-only file system"),
+        ErrorKind::StorageFull => format!("the disk of the folder \"{folder}\" is full"),
+        kind => format!("no file can be made in the folder \"{folder}\" ({kind})"),
+    }
+}
+
+/// Whether two paths lead to one file, be it through links; of files not there yet, whether they will.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let resolve = |path: &Path| {
+        fs::canonicalize(path).ok().or_else(|| {
+            let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))
+        })
+    };
+    resolve(a).is_some_and(|a| Some(a) == resolve(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(path: PathBuf) -> OutputPath {
+        OutputPath { path, format: Format::Png }
+    }
+
+    #[test]
+    fn default_names_follow_the_scene() {
+        let names: Vec<_> = choose(Path::new("some/where/Box.v2.glb"), &[]).into_iter().map(|o| o.path).collect();
+        assert_eq!(names, [PathBuf::from("Box.v2.png"), PathBuf::from("Box.v2.exr")]);
+    }
+
+    #[test]
+    fn unwritable_places_are_found_and_nothing_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("texture.png"), b"x").unwrap();
+        fs::create_dir(at("folder.png")).unwrap();
+
+        assert!(check(&[png(at("a.png"))], &[]).is_ok());
+        for (outputs, inputs, words) in [
+            (vec![png(at("gone/a.png"))], vec![], "does not exist"),
+            (vec![png(at("texture.png/a.png"))], vec![], "not a folder"),
+            (vec![png(at("folder.png"))], vec![], "it is a folder"),
+            (vec![png(at("a.png")), png(at("./a.png"))], vec![], "given twice"),
+            (vec![png(at("texture.png"))], vec![at("folder.png/../texture.png")], "reads it"),
+        ] {
+            let text = check(&outputs, &inputs).unwrap_err().to_string();
+            assert!(text.contains(words), "{text}");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        assert_eq!(fs::read(at("texture.png")).unwrap(), b"x");
+    }
+}

@@ -1,0 +1,222 @@
+//! Values of options: what may be typed, and what is said when it may not.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+/// Longest side of an image; larger ones are likelier a slip of the finger than a wish.
+const MAX_SIDE: u32 = 65_536;
+
+/// `--max-bounces`: `None` is unlimited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Bounces(pub(crate) Option<u32>);
+
+/// Something chosen by name or by number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Selector(pub(crate) String);
+
+impl Selector {
+    /// The number, when it is one.
+    pub(crate) fn index(&self) -> Option<usize> {
+        self.0.parse().ok()
+    }
+}
+
+/// What a file holds, by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// Linear, all layers.
+    Exr,
+    /// Tone mapped, sRGB.
+    Png,
+}
+
+/// A file to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct OutputPath {
+    pub(crate) path: PathBuf,
+    pub(crate) format: Format,
+}
+
+/// `-o PATH`.
+pub(crate) fn output_path(text: &str) -> Result<OutputPath, String> {
+    if text.ends_with(std::path::is_separator) {
+        return Err("expected a file, but this names a folder".into());
+    }
+    let path = PathBuf::from(text);
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let format = match extension.as_deref() {
+        Some("exr") => Format::Exr,
+        Some("png") => Format::Png,
+        Some(other) => return Err(format!(".{other} is not a format Surelight writes; use .png or .exr")),
+        None => return Err("the name must end in .png or .exr, which says what to write".into()),
+    };
+    Ok(OutputPath { path, format })
+}
+
+/// `--size WxH`.
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    let wrong = || "expected width x height in pixels, for example 640x480".to_owned();
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or_else(wrong)?;
+    let side = |text: &str| match text.trim().parse::<u64>() {
+        Ok(0) => Err("an image has at least 1 pixel a side".to_owned()),
+        Ok(side) if side > u64::from(MAX_SIDE) => Err(format!("an image has at most {MAX_SIDE} pixels a side")),
+        Ok(side) => Ok(side as u32),
+        Err(_) => Err(wrong()),
+    };
+    Ok(Size { width: side(width)?, height: side(height)? })
+}
+
+/// `--time 90s`: numbers with the units h, m, s or ms, added up; a bare number is seconds.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time, for example 90s, 1.5m or 1h30m".to_owned();
+    let mut rest = text.trim();
+    let mut seconds = 0.0;
+    if rest.is_empty() {
+        return Err(wrong());
+    }
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let number: f64 = rest[..digits].parse().map_err(|_| wrong())?;
+        rest = &rest[digits..];
+        let letters = rest.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(rest.len());
+        let unit = match &rest[..letters] {
+            "h" => 3600.0,
+            "m" | "min" => 60.0,
+            "s" => 1.0,
+            "ms" => 1e-3,
+            "" if digits == text.trim().len() => 1.0,
+            _ => return Err(wrong()),
+        };
+        seconds += number * unit;
+        rest = &rest[letters..];
+    }
+    if seconds <= 0.0 {
+        return Err("the time must be longer than zero".into());
+    }
+    Duration::try_from_secs_f64(seconds).map_err(|_| "that is longer than any machine lasts".into())
+}
+
+/// `--max-bounces N|unlimited`.
+pub(crate) fn bounces(text: &str) -> Result<Bounces, String> {
+    if text == "unlimited" {
+        return Ok(Bounces(None));
+    }
+    let number = text.parse().map_err(|_| "expected a number such as 8, or unlimited".to_owned())?;
+    Ok(Bounces(Some(number)))
+}
+
+/// A name or a number.
+pub(crate) fn selector(text: &str) -> Result<Selector, String> {
+    if text.is_empty() {
+        return Err("expected a name or a number".into());
+    }
+    Ok(Selector(text.to_owned()))
+}
+
+/// A finite number.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a number".into()),
+    }
+}
+
+/// A finite number above zero.
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(number) if number > 0.0 => Ok(number),
+        _ => Err("expected a number above zero".into()),
+    }
+}
+
+/// `--exposure EV`. Beyond ±64 stops every picture is black or white.
+pub(crate) fn exposure(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(number) if number.abs() <= 64.0 => Ok(number),
+        _ => Err("expected stops between -64 and 64".into()),
+    }
+}
+
+/// `--fov DEG`.
+pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err("expected degrees above 0 and below 180".into()),
+    }
+}
+
+fn triple(text: &str) -> Option<[f64; 3]> {
+    let numbers: Vec<f64> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    let triple: [f64; 3] = numbers.try_into().ok()?;
+    triple.iter().all(|number| number.is_finite()).then_some(triple)
+}
+
+/// `x,y,z`.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], String> {
+    triple(text).ok_or_else(|| "expected three numbers with commas, for example 0,1.5,4".into())
+}
+
+/// `R,G,B`.
+pub(crate) fn radiance(text: &str) -> Result<[f32; 3], String> {
+    match triple(text).map(|rgb| rgb.map(|c| c as f32)) {
+        Some(rgb) if rgb.iter().all(|&c| c >= 0.0 && c.is_finite()) => Ok(rgb),
+        _ => Err("expected three numbers of at least zero with commas, for example 1,1,1".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }));
+        assert_eq!(size("1×4096"), Ok(Size { width: 1, height: 4096 }));
+        for wrong in ["", "640", "640x", "x480", "0x5", "-1x5", "640x480x3", "99999999999x1", "6.5x3"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn durations() {
+        for (text, milliseconds) in
+            [("90s", 90_000), ("1.5m", 90_000), ("1h30m", 5_400_000), ("250ms", 250), ("2", 2_000)]
+        {
+            assert_eq!(duration(text), Ok(Duration::from_millis(milliseconds)), "{text}");
+        }
+        for wrong in ["", "s", "0", "0s", "-1s", "5x", "1h30", "1.2.3s", "5 s", "1e400s"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn outputs_are_known_by_their_ending() {
+        assert_eq!(output_path("a/b.PNG").map(|o| o.format), Ok(Format::Png));
+        assert_eq!(output_path("b.exr").map(|o| o.format), Ok(Format::Exr));
+        for wrong in ["a.jpg", "a", ".png", "a.png/"] {
+            assert!(output_path(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_checked() {
+        assert_eq!(bounces("unlimited"), Ok(Bounces(None)));
+        assert_eq!(bounces("0"), Ok(Bounces(Some(0))));
+        assert!(bounces("-1").is_err() && bounces("many").is_err());
+        assert_eq!(point("1,-2, 3e1"), Ok([1.0, -2.0, 30.0]));
+        assert!(point("1,2").is_err() && point("1,2,nan").is_err() && point("1,2,3,4").is_err());
+        assert!(radiance("1,-1,1").is_err() && radiance("1,1,1e39").is_err());
+        assert!(positive("0").is_err() && positive("inf").is_err() && positive("0.5").is_ok());
+        assert!(field_of_view("180").is_err() && field_of_view("0").is_err());
+        assert!(exposure("65").is_err() && exposure("-3").is_ok());
+        assert_eq!(Selector("3".into()).index(), Some(3));
+        assert_eq!(Selector("3a".into()).index(), None);
+    }
+}

@@ -1,0 +1,82 @@
+//! What the host does before the device has work: scene, light, camera, settings.
+
+use std::path::{Path, PathBuf};
+
+use surelight_render::{AdapterChoice, Prepared, Settings};
+use surelight_scene::{Environment, LoadOptions, Scene};
+
+use crate::args::RenderArgs;
+use crate::camera::{self, View};
+use crate::error::Error;
+use crate::parse::{OutputPath, Selector};
+use crate::{fingerprint, light, output};
+
+/// A scene with its light, and the view of it.
+pub(super) struct Loaded {
+    pub(super) scene: Scene,
+    pub(super) scene_hash: String,
+    pub(super) view: View,
+    /// Warnings of the files, then what was decided without being asked.
+    pub(super) warnings: Vec<String>,
+}
+
+impl Loaded {
+    /// Reads the scene and its environment, and chooses the camera.
+    pub(super) fn new(args: &RenderArgs, outputs: &[OutputPath]) -> Result<Self, Error> {
+        let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+        let mut scene = surelight_scene::load(&args.scene, &options)?;
+        output::check(outputs, &image_files(&args.scene, &scene))?;
+        let view = camera::choose(&scene, &args.scene, &args.camera, args.size)?;
+        let light_note = light::set(&mut scene, &args.light)?;
+        let mut warnings = std::mem::take(&mut scene.warnings);
+        warnings.extend(view.note.clone());
+        warnings.extend(light_note);
+        Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings })
+    }
+
+    /// Radiance of a uniform sky, asked for or not.
+    pub(super) fn sky(&self) -> Option<[f32; 3]> {
+        match self.scene.environment {
+            Some(Environment::Uniform(radiance)) => Some(radiance),
+            _ => None,
+        }
+    }
+
+    /// Builds the BVH, the lights and the textures.
+    pub(super) fn prepare(&mut self, args: &RenderArgs) -> Result<Prepared, Error> {
+        let prepared = Prepared::new(&self.scene, &self.view.camera, &settings(args, &self.view))?;
+        let broken = prepared.accel.skipped.non_finite;
+        if broken > 0 {
+            self.warnings.push(format!("{broken} triangles with corners that are not finite were left out"));
+        }
+        Ok(prepared)
+    }
+}
+
+/// The adapter that `--adapter` means.
+pub(super) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
+    match adapter {
+        None => AdapterChoice::Best,
+        Some(wanted) => match wanted.index() {
+            Some(index) => AdapterChoice::Index(index),
+            None => AdapterChoice::Name(wanted.0.clone()),
+        },
+    }
+}
+
+fn settings(args: &RenderArgs, view: &View) -> Settings {
+    Settings {
+        max_bounces: args.max_bounces.0,
+        seed: args.seed,
+        aperture: view.lens.map(|lens| lens.aperture),
+        focus: view.lens.map(|lens| lens.focus),
+        max_radiance: args.max_radiance,
+        ..Settings::new(view.size.width, view.size.height)
+    }
+}
+
+/// Files of the scene that an output of the same name would destroy.
+fn image_files(path: &Path, scene: &Scene) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    scene.images.iter().map(|image| folder.join(&image.name)).filter(|file| file.is_file()).collect()
+}

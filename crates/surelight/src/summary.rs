@@ -1,0 +1,256 @@
+//! What a render tells when it ends, for people and for programs.
+
+use std::fmt::{self, Display};
+
+use serde::Serialize;
+use surelight_film::ErrorSummary;
+
+use crate::progress::Significant;
+
+/// The summary of a render; its fields are the keys of `--json`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    /// Version of Surelight.
+    pub(crate) version: &'static str,
+    /// The scene as it was given.
+    pub(crate) scene: String,
+    /// Files written.
+    pub(crate) outputs: Vec<String>,
+    /// Pixels a row.
+    pub(crate) width: u32,
+    /// Rows.
+    pub(crate) height: u32,
+    /// Who did the work.
+    pub(crate) adapter: Adapter,
+    /// Samples a pixel.
+    pub(crate) spp: u64,
+    /// Samples a pixel that were asked for; `null` where time alone decided.
+    pub(crate) target_spp: Option<u32>,
+    /// Camera paths: pixels × samples.
+    pub(crate) paths: u64,
+    /// Rays traced for them, shadow rays included.
+    pub(crate) rays: u64,
+    /// Seed of the samples.
+    pub(crate) seed: u32,
+    /// Why it ended.
+    pub(crate) stopped: Stop,
+    /// Seconds by stage.
+    pub(crate) seconds: Seconds,
+    /// Million rays in a second of tracing.
+    pub(crate) mrays_per_second: f64,
+    /// Million camera paths in a second of tracing.
+    pub(crate) mpaths_per_second: f64,
+    /// Error of the image; `null` below two batches or where all is black.
+    pub(crate) relative_error: Option<RelativeError>,
+    /// Samples that were not finite and were left out.
+    pub(crate) dropped_samples: u64,
+    /// Rays that were given up, their samples incomplete.
+    pub(crate) truncated_rays: u64,
+    /// Options in force that bias the picture.
+    pub(crate) biased: Vec<String>,
+    /// Bytes held on the device; all of them at once.
+    pub(crate) peak_device_bytes: u64,
+    /// What was not as written, or decided without being asked.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The adapter that rendered.
+#[derive(Debug, Serialize)]
+pub(crate) struct Adapter {
+    pub(crate) name: String,
+    pub(crate) driver: String,
+    pub(crate) backend: String,
+    pub(crate) software: bool,
+}
+
+/// Seconds by stage, and from start to end.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Seconds {
+    /// Reading the scene and its environment.
+    pub(crate) load: f64,
+    /// Opening the device.
+    pub(crate) device: f64,
+    /// Building the BVH, the lights and the textures.
+    pub(crate) bvh: f64,
+    /// Composing and compiling the kernel, and uploading the scene.
+    pub(crate) compile: f64,
+    /// Tracing.
+    pub(crate) trace: f64,
+    /// Albedo, normal and depth of first hits.
+    pub(crate) features: f64,
+    /// Writing the images.
+    pub(crate) write: f64,
+    /// Everything.
+    pub(crate) total: f64,
+}
+
+/// Standard error over mean, in luminance, over the pixels that are not black.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct RelativeError {
+    /// Mean over pixels.
+    pub(crate) mean: f64,
+    /// What 95 % of the pixels stay below.
+    pub(crate) percentile_95: f64,
+}
+
+impl From<ErrorSummary> for RelativeError {
+    fn from(error: ErrorSummary) -> Self {
+        Self { mean: error.mean, percentile_95: error.percentile_95 }
+    }
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Stop {
+    /// Every target was met.
+    Done,
+    /// `--time` was up before `--spp`.
+    Time,
+    /// Ctrl-C.
+    Interrupt,
+}
+
+impl Summary {
+    /// One JSON object on one line.
+    pub(crate) fn json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string(self)? + "\n")
+    }
+}
+
+impl Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let s = &self.seconds;
+        writeln!(f, "image     {} ({}x{})", self.outputs.join(", "), self.width, self.height)?;
+        writeln!(f, "adapter   {}, {}, driver {}", self.adapter.name, self.adapter.backend, self.adapter.driver)?;
+        write!(f, "samples   {} a pixel", self.spp)?;
+        match (self.stopped, self.target_spp) {
+            (Stop::Done, _) => {}
+            (Stop::Time, target) => write!(f, "{} when the time was up", Of(target))?,
+            (Stop::Interrupt, target) => write!(f, "{} when interrupted", Of(target))?,
+        }
+        writeln!(f, "; {} million paths, {} million rays", millions(self.paths), millions(self.rays))?;
+        writeln!(
+            f,
+            "seconds   load {:.2}, device {:.2}, BVH {:.2}, compile {:.2}, trace {:.2}, write {:.2}; {:.2} in all",
+            s.load,
+            s.device,
+            s.bvh,
+            s.compile,
+            s.trace + s.features,
+            s.write,
+            s.total
+        )?;
+        writeln!(
+            f,
+            "speed     {:.3} Mpaths/s, {:.3} Mrays/s",
+            Significant(self.mpaths_per_second),
+            Significant(self.mrays_per_second)
+        )?;
+        match self.relative_error {
+            Some(error) => writeln!(
+                f,
+                "error     {} mean, {} at the 95th percentile (standard error of a pixel's luminance)",
+                Percent(error.mean),
+                Percent(error.percentile_95)
+            )?,
+            None if self.spp < 2 => writeln!(f, "error     unknown: it takes two samples a pixel to tell")?,
+            None => writeln!(f, "error     unknown: the image is black")?,
+        }
+        writeln!(f, "memory    {} MiB on the device at most", self.peak_device_bytes.div_ceil(1 << 20))?;
+        if self.dropped_samples > 0 {
+            writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
+        }
+        if !self.biased.is_empty() {
+            writeln!(f, "biased    {}", self.biased.join(", "))?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "warning   {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+/// " of 64", or nothing.
+struct Of(Option<u32>);
+
+impl Display for Of {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |target| write!(f, " of {target}"))
+    }
+}
+
+struct Percent(f64);
+
+impl Display for Percent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.2} %", Significant(self.0 * 100.0))
+    }
+}
+
+fn millions(count: u64) -> String {
+    format!("{:.3}", Significant(count as f64 / 1e6))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary() -> Summary {
+        Summary {
+            version: "0.1.0",
+            scene: "box.glb".into(),
+            outputs: vec!["box.png".into(), "box.exr".into()],
+            width: 640,
+            height: 480,
+            adapter: Adapter {
+                name: "llvmpipe".into(),
+                driver: "Mesa".into(),
+                backend: "Vulkan".into(),
+                software: true,
+            },
+            spp: 12,
+            target_spp: Some(64),
+            paths: 3_686_400,
+            rays: 20_000_000,
+            seed: 0,
+            stopped: Stop::Time,
+            seconds: Seconds { trace: 2.0, total: 2.5, ..Seconds::default() },
+            mrays_per_second: 10.0,
+            mpaths_per_second: 1.8432,
+            relative_error: Some(RelativeError { mean: 0.0312, percentile_95: 0.0981 }),
+            dropped_samples: 3,
+            truncated_rays: 0,
+            biased: vec!["max-radiance 10".into()],
+            peak_device_bytes: 1,
+            warnings: vec!["the file has no light".into()],
+        }
+    }
+
+    #[test]
+    fn the_summary_reads_well() {
+        let text = summary().to_string();
+        for line in [
+            "image     box.png, box.exr (640x480)\n",
+            "samples   12 a pixel of 64 when the time was up; 3.69 million paths, 20.0 million rays\n",
+            "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
+            "error     3.1 % mean, 9.8 % at the 95th percentile",
+            "memory    1 MiB on the device at most\n",
+            "dropped   3 samples that were not finite\n",
+            "biased    max-radiance 10\n",
+            "warning   the file has no light\n",
+        ] {
+            assert!(text.contains(line), "{line:?} is not in\n{text}");
+        }
+    }
+
+    #[test]
+    fn the_json_is_one_object_on_one_line() {
+        let text = summary().json().unwrap();
+        assert_eq!(text.lines().count(), 1);
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["stopped"], "time");
+        assert_eq!(value["seconds"]["trace"], 2.0);
+        assert_eq!(value["relative_error"]["percentile_95"], 0.0981);
+    }
+}

@@ -1,0 +1,164 @@
+//! Bad input: one sentence that names file and cause, exit code 1, and no file left behind.
+
+mod common;
+
+use std::fs;
+
+use common::{Folder, cornell_box};
+
+/// A one-triangle glTF whose material shows `image`.
+fn gltf_with_image(image: &str) -> String {
+    serde_json::json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}], "scene": 0,
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}],
+        "images": [{"uri": image}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 36},
+            {"buffer": 0, "byteLength": 24},
+        ],
+        "buffers": [{"uri": "triangle.bin", "byteLength": 36}],
+    })
+    .to_string()
+}
+
+fn triangle() -> Vec<u8> {
+    [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+#[test]
+fn a_missing_scene_is_named() {
+    let folder = Folder::new();
+    for command in ["", "render ", "info "] {
+        folder.run(&format!("{command}gone.glb")).failed_with(&["gone.glb"]);
+    }
+    assert!(folder.files().is_empty());
+}
+
+#[test]
+fn a_truncated_glb_is_told() {
+    let folder = Folder::new();
+    let whole = fs::read(cornell_box()).unwrap();
+    for length in [0, 4, 11, 12, 20, whole.len() / 2, whole.len() - 1] {
+        fs::write(folder.path("cut.glb"), &whole[..length]).unwrap();
+        folder.run("cut.glb --size 8x8 --spp 1").failed_with(&["cut.glb"]);
+    }
+    assert_eq!(folder.files(), ["cut.glb"]);
+}
+
+#[test]
+fn what_is_not_gltf_is_told() {
+    let folder = Folder::new();
+    fs::write(folder.path("a.glb"), "This is a poem.").unwrap();
+    fs::write(folder.path("a.gltf"), "{\"asset\": {\"version\": \"1.0\"}}").unwrap();
+    fs::create_dir(folder.path("folder.glb")).unwrap();
+    folder.run("a.glb").failed_with(&["a.glb"]);
+    folder.run("a.gltf").failed_with(&["a.gltf"]);
+    folder.run("folder.glb").failed_with(&["folder.glb"]);
+    assert_eq!(folder.files(), ["a.glb", "a.gltf", "folder.glb"]);
+}
+
+/// A picture that is gone costs a warning, not the render; a buffer that is gone costs the render.
+#[test]
+fn a_missing_image_is_a_warning_and_a_missing_buffer_an_error() {
+    let folder = Folder::new();
+    fs::write(folder.path("a.gltf"), gltf_with_image("wood.png")).unwrap();
+    folder.run("a.gltf --size 8x8 --spp 1").failed_with(&["triangle.bin"]);
+    assert_eq!(folder.files(), ["a.gltf"]);
+
+    fs::write(folder.path("triangle.bin"), triangle()).unwrap();
+    let ran = folder.run("a.gltf --size 8x8 --spp 1 --json").succeeded();
+    let summary: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    let warnings = summary["warnings"].to_string();
+    assert!(warnings.contains("wood.png"), "{warnings}");
+    // No camera and no light in that file: both are told.
+    assert!(warnings.contains("camera") && warnings.contains("sky"), "{warnings}");
+}
+
+#[test]
+fn outputs_are_checked_before_rendering() {
+    let folder = Folder::new();
+    // At this many samples the test would not end if rendering came first.
+    let forever = "{box} --size 512x512 --spp 1000000";
+    folder.run(&format!("{forever} -o gone/a.png")).failed_with(&["gone/a.png", "gone", "does not exist"]);
+    folder.run(&format!("{forever} -o a.png -o a.png")).failed_with(&["a.png", "twice"]);
+    assert!(folder.files().is_empty());
+    fs::create_dir(folder.path("b.exr")).unwrap();
+    folder.run(&format!("{forever} -o b.exr")).failed_with(&["b.exr", "folder"]);
+    assert_eq!(folder.files(), ["b.exr"]);
+}
+
+#[test]
+fn a_texture_of_the_scene_is_not_overwritten() {
+    let folder = Folder::new();
+    fs::write(folder.path("a.gltf"), gltf_with_image("a.png")).unwrap();
+    fs::write(folder.path("triangle.bin"), triangle()).unwrap();
+    let texture = image::RgbImage::from_pixel(1, 1, image::Rgb([1, 2, 3]));
+    texture.save(folder.path("a.png")).unwrap();
+    let before = fs::read(folder.path("a.png")).unwrap();
+    folder.run("a.gltf --size 8x8 --spp 1").failed_with(&["a.png", "reads it"]);
+    assert_eq!(fs::read(folder.path("a.png")).unwrap(), before);
+}
+
+#[test]
+fn choices_that_do_not_exist_are_told_with_those_that_do() {
+    let folder = Folder::new();
+    folder.run("{box} --camera nowhere").failed_with(&["nowhere", "cornell-box.glb"]);
+    folder.run("{box} --scene 7").failed_with(&["scene", "7"]);
+    folder.run("{box} --adapter no-such-gpu").failed_with(&["no-such-gpu"]);
+    folder.run("{box} --env gone.hdr").failed_with(&["gone.hdr"]);
+    folder.run("{box} --eye 1,1,1 --target 1,1,1").failed_with(&["--eye", "--target"]);
+    fs::write(folder.path("bad.hdr"), "no map at all").unwrap();
+    folder.run("{box} --env bad.hdr").failed_with(&["bad.hdr"]);
+    assert_eq!(folder.files(), ["bad.hdr"]);
+}
+
+#[test]
+fn an_image_beyond_memory_is_refused() {
+    let folder = Folder::new();
+    folder.run("{box} --size 65536x65536 --spp 1").failed_with(&["65536x65536", "--size"]);
+    assert!(folder.files().is_empty());
+}
+
+/// Only Vulkan can be hidden from a program by its environment.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_adapter_is_told_with_the_remedy() {
+    let folder = Folder::new();
+    let scene = cornell_box();
+    for args in [vec![scene.as_os_str()], vec![std::ffi::OsStr::new("devices")]] {
+        let output = folder
+            .command(args)
+            .env("VK_DRIVER_FILES", "/nowhere.json")
+            .env("VK_ICD_FILENAMES", "/nowhere.json")
+            .output()
+            .unwrap();
+        common::Ran::from(output).failed_with(&["adapter", "setup.sh"]);
+    }
+    assert!(folder.files().is_empty());
+}
+
+/// A file-size limit stands in for a full disk: the image does not fit, and nothing of it stays.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_nothing_behind() {
+    let folder = Folder::new();
+    let output = std::process::Command::new("sh")
+        // 512-byte blocks; a size limit also raises SIGXFSZ, which must be ignored to see the error.
+        .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_surelight")])
+        .arg(cornell_box())
+        .args(["--size", "64x64", "--spp", "1", "--quiet", "-o", "a.exr"])
+        .env("MESA_SHADER_CACHE_DISABLE", "true") // its cache would meet the limit too
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    common::Ran::from(output).failed_with(&["a.exr"]);
+    assert!(folder.files().is_empty(), "{:?}", folder.files());
+}

@@ -1,0 +1,67 @@
+//! Ctrl-C: the first writes the image so far and exits with 3, the second ends at once.
+
+#![cfg(unix)]
+
+mod common;
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{Folder, cornell_box};
+use surelight_film::read_exr;
+
+/// A render that would take days, once its first line in the log says that it traces.
+fn started(folder: &Folder) -> (Child, BufReader<std::process::ChildStderr>) {
+    let mut child = folder
+        .command([cornell_box().as_os_str()])
+        .args(["--size", "64x64", "--spp", "100000000", "-o", "a.exr", "-o", "a.png", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut log = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    log.read_line(&mut line).unwrap();
+    assert!(line.contains("tracing"), "{line}");
+    (child, log)
+}
+
+fn interrupt(child: &Child) {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+}
+
+#[test]
+fn an_interrupt_saves_the_image() {
+    let folder = Folder::new();
+    let (mut child, mut log) = started(&folder);
+    std::thread::sleep(Duration::from_millis(700));
+    interrupt(&child);
+    let (mut rest, mut summary) = (String::new(), String::new());
+    log.read_to_string(&mut rest).unwrap();
+    child.stdout.take().unwrap().read_to_string(&mut summary).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(3), "{rest}");
+    assert_eq!(folder.files(), ["a.exr", "a.png"]);
+
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["stopped"], "interrupt");
+    let spp = summary["spp"].as_u64().unwrap();
+    assert!(spp >= 1);
+    let samples = &read_exr(&folder.path("a.exr")).unwrap().channels["Samples.N"];
+    assert!(samples.iter().all(|&n| n as u64 == spp), "the image holds another number of samples than is told");
+}
+
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let folder = Folder::new();
+    let (mut child, _log) = started(&folder);
+    let start = Instant::now();
+    // The first may already have ended it by the time of the second: both ways it ends.
+    while child.try_wait().unwrap().is_none() {
+        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status();
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(start.elapsed() < Duration::from_secs(20), "it does not end");
+    }
+    let code = child.wait().unwrap().code();
+    assert!(matches!(code, Some(130 | 3)), "{code:?}");
+}

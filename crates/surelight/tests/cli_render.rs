@@ -1,0 +1,121 @@
+//! What a render leaves: both images, all layers, a summary that adds up.
+
+mod common;
+
+use common::Folder;
+use serde_json::Value;
+use surelight_film::read_exr;
+
+#[test]
+fn a_render_leaves_both_images_and_a_summary() {
+    let folder = Folder::new();
+    let ran = folder.run("{box} --size 48x32 --spp 8 --json").succeeded();
+    assert_eq!(folder.files(), ["cornell-box.exr", "cornell-box.png"]);
+
+    let png = image::open(folder.path("cornell-box.png")).unwrap();
+    assert_eq!((png.width(), png.height()), (48, 32));
+
+    let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_eq!((&summary["width"], &summary["height"], &summary["spp"]), (&48.into(), &32.into(), &8.into()));
+    assert_eq!(summary["paths"], 48 * 32 * 8);
+    assert!(summary["rays"].as_u64() >= summary["paths"].as_u64(), "{summary}");
+    assert_eq!(summary["stopped"], "done");
+    assert_eq!(summary["dropped_samples"], 0);
+    assert_eq!(summary["biased"], Value::Array(vec![]));
+    assert_eq!(summary["outputs"], serde_json::json!(["cornell-box.png", "cornell-box.exr"]));
+    assert!(summary["adapter"]["name"].as_str().is_some_and(|name| !name.is_empty()), "{summary}");
+    assert!(summary["peak_device_bytes"].as_u64() > Some(0), "{summary}");
+    assert!(summary["relative_error"]["mean"].as_f64() > Some(0.0), "{summary}");
+    let seconds = summary["seconds"].as_object().unwrap();
+    let parts: f64 = seconds.iter().filter(|(stage, _)| *stage != "total").map(|(_, s)| s.as_f64().unwrap()).sum();
+    assert!(parts > 0.0 && parts <= seconds["total"].as_f64().unwrap() * 1.001, "{summary}");
+}
+
+#[test]
+fn the_exr_has_every_layer_and_says_how_it_was_made() {
+    let folder = Folder::new();
+    folder
+        .run("render {box} --size 16x16 --spp 4 --seed 5 --max-radiance 9 --max-bounces 3 -o a.exr --quiet")
+        .succeeded();
+    assert_eq!(folder.files(), ["a.exr"]);
+    let exr = read_exr(&folder.path("a.exr")).unwrap();
+    assert_eq!((exr.width, exr.height), (16, 16));
+    let layers = "R G B A Variance.R Variance.G Variance.B Samples.N \
+                  Albedo.R Albedo.G Albedo.B N.X N.Y N.Z Depth.Z";
+    for layer in layers.split_whitespace() {
+        assert!(exr.channels.contains_key(layer), "{layer} is missing: {:?}", exr.channels.keys());
+    }
+    assert!(exr.channels["Samples.N"].iter().all(|&n| n == 4.0));
+    assert!(exr.channels["Variance.R"].iter().any(|&v| v > 0.0));
+    assert!(exr.channels["R"].iter().any(|&r| r > 0.0));
+    assert!(exr.channels["Depth.Z"].iter().any(|&z| z > 0.0));
+
+    let metadata = exr.surelight_metadata().unwrap();
+    assert_eq!((metadata.seed, metadata.sample_range), (5, [0, 4]));
+    assert_eq!(metadata.version, env!("CARGO_PKG_VERSION"));
+    assert!(!metadata.device.is_empty());
+    let biased = metadata.biased.join(" ");
+    assert!(biased.contains("max-radiance") && biased.contains("max-bounces"), "{biased}");
+}
+
+#[test]
+fn the_seed_alone_decides_the_noise() {
+    let folder = Folder::new();
+    for line in ["--seed 1 -o a.exr", "--seed 1 -o b.exr", "--seed 2 -o c.exr"] {
+        folder.run(&format!("{{box}} --size 24x24 --spp 4 --quiet {line}")).succeeded();
+    }
+    let red = |name: &str| read_exr(&folder.path(name)).unwrap().channels["R"].clone();
+    assert!(red("a.exr") == red("b.exr"), "one seed gave two images");
+    assert!(red("a.exr") != red("c.exr"), "two seeds gave one image");
+}
+
+#[test]
+fn time_stops_a_render() {
+    let folder = Folder::new();
+    // Time alone is the target: met. Before a sample count it is a stop on the way.
+    for (spp, code, stopped) in [("", 0, "done"), ("--spp 1000000", 3, "time")] {
+        let ran = folder.run(&format!("{{box}} --size 16x16 --time 1.5s {spp} --json --quiet"));
+        assert_eq!(ran.code, Some(code), "{ran:#?}");
+        let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
+        assert_eq!(summary["stopped"], stopped);
+        assert!(summary["spp"].as_u64() >= Some(1));
+        assert!(summary["seconds"]["total"].as_f64() < Some(15.0), "{summary}");
+    }
+    assert_eq!(folder.files(), ["cornell-box.exr", "cornell-box.png"]);
+}
+
+#[test]
+fn quiet_is_quiet_and_a_log_is_lines() {
+    let folder = Folder::new();
+    let quiet = folder.run("{box} --size 8x8 --spp 1 --quiet").succeeded();
+    assert_eq!(quiet.stderr, "");
+    assert!(quiet.stdout.contains("samples   1 a pixel"), "{}", quiet.stdout);
+    let log = folder.run("{box} --size 8x8 --spp 1").succeeded();
+    assert!(!log.stderr.is_empty() && !log.stderr.contains(['\r', '\u{1b}']), "{:?}", log.stderr);
+}
+
+#[test]
+fn awkward_sizes_render() {
+    let folder = Folder::new();
+    for size in ["1x1", "1x257", "257x1", "65x63"] {
+        folder.run(&format!("{{box}} --size {size} --spp 2 --quiet -o {size}.exr")).succeeded();
+        let exr = read_exr(&folder.path(&format!("{size}.exr"))).unwrap();
+        assert_eq!(format!("{}x{}", exr.width, exr.height), size);
+        assert!(exr.channels["Samples.N"].iter().all(|&n| n == 2.0), "{size}");
+    }
+}
+
+#[test]
+fn options_change_what_they_say() {
+    let folder = Folder::new();
+    let mean = |line: &str| {
+        folder.run(&format!("{{box}} --size 16x16 --spp 4 --quiet -o a.exr {line}")).succeeded();
+        let red = read_exr(&folder.path("a.exr")).unwrap().channels["R"].clone();
+        red.iter().map(|&r| f64::from(r)).sum::<f64>() / red.len() as f64
+    };
+    let (full, direct, none) = (mean(""), mean("--max-bounces 1"), mean("--max-bounces 0"));
+    assert!(none < direct && direct < full, "{none} {direct} {full}");
+    // From far outside the box, the sky is what fills the image.
+    let sky = mean("--eye 1000,1000,1000 --target 2000,2000,2000 --sky 0.25,0,0");
+    assert!((sky - 0.25).abs() < 1e-6, "{sky}");
+}
