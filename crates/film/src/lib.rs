@@ -12,6 +12,7 @@
 //! Radiance is linear Rec. 709 (W·sr⁻¹·m⁻² or nit, as the scene's emitters are given).
 
 mod atomic;
+pub mod compare;
 mod error;
 mod exr;
 mod film;
