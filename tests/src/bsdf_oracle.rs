@@ -135,7 +135,9 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
     let mut sum = Lobes::default();
     for a in 0..n {
         let t = (a as f64 + 0.5) / n as f64;
-        let tan = alpha * (t / (1.0 - t)).sqrt();
+        // Normals in terms of 1 − (1 − t)², whose density 2(1 − t) tames the tail: the integrand grows like 1/cosθ there.
+        let density = 2.0 * (1.0 - t);
+        let tan = alpha * (1.0 - (1.0 - t) * (1.0 - t)).sqrt() / (1.0 - t);
         let cos = 1.0 / (1.0 + tan * tan).sqrt();
         for b in 0..n {
             let (s, c) = (TAU * (b as f64 + 0.5) / n as f64).sin_cos();
@@ -149,19 +151,20 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
             }
             // Value without D, over the density of h without D, over the density of wi against that of h.
             let (reflected, _, transmitted) = shares(m, oh);
+            let weight = oh * density / cos;
             let mirror = reflect(o, h);
             if mirror.z > 0.0 {
                 let g = ggx_g2(alpha, o, mirror) / (4.0 * o.z);
-                sum.reflected += reflected * g * 4.0 * oh / cos;
+                sum.reflected += reflected * g * 4.0 * weight;
                 if m.thin != 0.0 {
-                    sum.transmitted += transmitted * g * 4.0 * oh / cos;
+                    sum.transmitted += transmitted * g * 4.0 * weight;
                 }
             }
             let eta = f64::from(m.eta);
             if m.transmission > 0.0 && m.thin == 0.0 {
                 let Some(i) = refract(o, h, eta).filter(|i| i.z < 0.0) else { continue };
                 // What remains of Walter's formula over |i·h| η_i² / (η_i (i·h) + η_o (o·h))² is 1/η_i².
-                sum.transmitted += transmitted * ggx_g2(alpha, o, i) * oh / (o.z * eta * eta * cos);
+                sum.transmitted += transmitted * ggx_g2(alpha, o, i) * weight / (o.z * eta * eta);
             }
         }
     }

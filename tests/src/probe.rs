@@ -33,7 +33,8 @@ fn gpu() -> &'static Gpu {
         println!("probes run on {}", adapter.get_info().name);
         let descriptor =
             wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..wgpu::DeviceDescriptor::default() };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("the adapter gives a device");
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).expect("the adapter gives a device");
         Gpu { device, queue }
     })
 }

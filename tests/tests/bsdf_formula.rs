@@ -149,7 +149,8 @@ fn endpoints_are_finite() {
     let cube: Vec<[f32; 3]> = (0..216).map(|i| [ends[i / 36], ends[i / 6 % 6], ends[i % 6]]).collect();
     let one_up = f32::from_bits(1.0_f32.to_bits() + 1);
     let grazing = |z: f32| [-(1.0 - z * z).sqrt(), 0.0, z];
-    let wos = [[0.0, 0.0, 1.0], [0.0, 0.0, one_up], [3e-4, 0.0, one_up], grazing(1.7e-3), grazing(1e-7), grazing(1e-30)];
+    let wos =
+        [[0.0, 0.0, 1.0], [0.0, 0.0, one_up], [3e-4, 0.0, one_up], grazing(1.7e-3), grazing(1e-7), grazing(1e-30)];
     let kinds = [
         Material::lambert(0.0),
         Material::dielectric(1.0, 0.0),
@@ -177,7 +178,8 @@ fn endpoints_are_finite() {
                 }
                 // Towards the poles, the horizon, the mirror direction and back.
                 let [x, y, z] = wo;
-                let wis = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [-x, -y, z], [-x, -y, -z], wo, [x, y, -z]];
+                let wis =
+                    [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [-x, -y, z], [-x, -y, -z], wo, [x, y, -z]];
                 for (wi, e) in wis.iter().zip(probe.eval(&m, &wis)) {
                     let Eval { value, pdf, albedo, .. } = e;
                     let numbers = [value[0], value[1], value[2], pdf, albedo[0], albedo[1], albedo[2]];
