@@ -27,17 +27,28 @@ const MOST_SAMPLES: u32 = 4096;
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
 const SHORT: f64 = 2.0;
 
+/// Of the time so far, what an interrupted pass may lose.
+const LOSS: f64 = 0.125;
+
+/// The largest power of two up to `n`, 1 for 0.
+fn power_of_two(n: u32) -> u32 {
+    if n == 0 { 1 } else { 1 << n.ilog2() }
+}
+
 impl Goal {
+    /// Samples of a full batch: 1/16 of a known number, rounded down to a power of two. Without a number they grow with
+    /// what is done, so that there are never fewer than 16 that count.
+    fn full_batch(&self, done: u32) -> u32 {
+        power_of_two(self.spp.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
+    }
+
     /// Samples in the next batch, when `done` samples a pixel are done; 0 when there is nothing left.
     ///
-    /// With a known number the batches are 1/16 of it, rounded down to a power of two (what is left over makes a
-    /// shorter one). Without, they grow with what is done, so that there are never fewer than 16 that count.
+    /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to save when the render is
+    /// interrupted, however many samples it was to have. What is left over at the end makes a shorter batch.
     fn next_batch(&self, done: u32) -> u32 {
-        let power_of_two = |n: u32| if n == 0 { 1 } else { 1 << n.ilog2() };
-        match self.spp {
-            Some(spp) => power_of_two(spp / BATCHES).min(MOST_SAMPLES).min(spp.saturating_sub(done)),
-            None => power_of_two(done / BATCHES).min(MOST_SAMPLES),
-        }
+        let left = self.spp.map_or(u32::MAX, |spp| spp.saturating_sub(done));
+        self.full_batch(done).min(power_of_two(done)).min(left)
     }
 }
 
@@ -91,17 +102,19 @@ pub fn render(
         if let (Some(left), Some(cost)) = (left, cost) && left < cost {
             return Ok(up);
         }
+        let pass_seconds = (LOSS * elapsed).max(SHORT);
         let mut batches = match (goal.spp, cost) {
             (_, None) => 1,
+            _ if samples < goal.full_batch(spp) => 1,
             (Some(n), Some(cost)) => {
                 let rest = (n - spp) / samples;
-                let fits = (elapsed.max(SHORT) / cost).max(1.0) as u32;
+                let fits = (pass_seconds / cost).max(1.0) as u32;
                 if f64::from(rest) * cost < 2.0 * SHORT { rest } else { fits.min(rest) }
             }
             // Until the next size of batch is due.
             (None, Some(cost)) => {
                 let rest = if spp < 2 * BATCHES { 1.max((2 * BATCHES).saturating_sub(spp)) } else { BATCHES };
-                ((elapsed.max(SHORT) / cost).max(1.0) as u32).min(rest)
+                ((pass_seconds / cost).max(1.0) as u32).min(rest)
             }
         };
         if let (Some(left), Some(cost)) = (left, cost) {
@@ -130,5 +143,40 @@ pub fn render(
         seconds_a_sample = Some(pass_started.elapsed().as_secs_f64() / f64::from(batches * samples));
         batch += batches;
         spp += batches * samples;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batches(spp: u32) -> Vec<u32> {
+        let goal = Goal { spp: Some(spp), time: None };
+        let (mut done, mut all) = (0, Vec::new());
+        while goal.next_batch(done) > 0 {
+            all.push(goal.next_batch(done));
+            done += goal.next_batch(done);
+        }
+        assert_eq!(done, spp);
+        all
+    }
+
+    #[test]
+    fn all_samples_are_done_in_enough_batches_that_begin_small() {
+        assert_eq!(batches(1), [1]);
+        assert_eq!(batches(20), [1; 20]);
+        assert_eq!(batches(64)[..5], [1, 1, 2, 4, 4]);
+        for spp in [16, 64, 100, 1000, 4096, 100_000_000] {
+            let all = batches(spp);
+            let full = Goal { spp: Some(spp), time: None }.full_batch(0);
+            assert!(all.iter().filter(|&&n| n == full).count() >= 15, "{spp}: {all:?}");
+            assert_eq!(all[0], 1);
+        }
+    }
+
+    #[test]
+    fn without_a_number_batches_grow() {
+        let goal = Goal::default();
+        assert_eq!([0, 15, 31, 32, 1 << 20].map(|done| goal.next_batch(done)), [1, 1, 1, 2, 4096]);
     }
 }
