@@ -70,6 +70,21 @@ fn other_albedos_are_the_quadrature() {
     check("medley", &over(Material::medley, &[0.05, 0.3, 1.0], &angles));
 }
 
+/// Rough glass of index 1 bends nothing: all of its facets agree on the way straight through, which must not be lost for being
+/// infinitely narrow.
+#[test]
+fn index_one_lets_light_through() {
+    for alpha in [0.01, 0.3] {
+        for degrees in [0.0, 60.0] {
+            let m = Material { eta: 1.0, ior: 1.0, f0: [0.0; 3], ..Material::glass(alpha, degrees) };
+            let exact = albedo(&m, 256).sum().y;
+            let (mean, error) = sampled_albedo(&m, 20_000, 50);
+            assert!((mean - exact).abs() < 4.0 * error + 5e-3, "{m:?}: {mean} of {exact} goes through");
+            assert!(exact > 0.9);
+        }
+    }
+}
+
 /// A property of glTF's model, kept because files are made for it: the base is weighted by 1 − F at the half-vector, not by what
 /// the specular layer lets through, so a white glossy dielectric returns more than it gets at grazing angles, and a closed white
 /// room of it would brighten for ever. This pins down by how much; Lambertian, metal and glass surfaces never gain (tests here).

@@ -14,7 +14,9 @@ fn materials() -> Vec<Material> {
         Material::thin,
         Material::medley,
     ];
-    let mut all = vec![Material::lambert(40.0)];
+    // Weakened and coloured reflection, which total internal reflection is not.
+    let weak = |alpha, degrees| Material { f0: [0.02, 0.01, 0.0], f90: 0.5, ..Material::glass_within(alpha, degrees) };
+    let mut all = vec![Material::lambert(40.0), weak(0.2, 20.0), weak(0.6, 50.0), weak(1.0, 75.0)];
     for kind in kinds {
         for alpha in [0.05, 0.2, 0.6, 1.0] {
             all.extend([0.0, 35.0, 70.0, 88.0].map(|degrees| kind(alpha, degrees)));
@@ -70,7 +72,8 @@ fn value_is_the_specifications_formula() {
 #[test]
 fn specialised_kernels_agree_with_the_general_one() {
     let general = BsdfProbe::full();
-    for m in materials().into_iter().step_by(5) {
+    let smooth = [Material::dielectric(0.0, 30.0), Material::metal(0.0, 60.0), Material::glass(0.0, 45.0)];
+    for m in materials().into_iter().step_by(5).chain(smooth) {
         let special = BsdfProbe::new(&m.features());
         let u = uniforms(2000, 3);
         for (s, g) in special.sample(&m, &u).iter().zip(general.sample(&m, &u)) {
