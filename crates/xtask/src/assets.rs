@@ -10,8 +10,6 @@ use surelight_scene::write_glb;
 /// No committed scene may be larger.
 const MOST_BYTES: usize = 300 * 1024;
 
-const SKY_KNOWN: &str = "The irradiance of a horizontal floor is Σ L·cosθ·ΔΩ over the upper texels.";
-
 /// A file of `assets/`: its name and its bytes.
 type File = (String, Vec<u8>);
 
@@ -69,7 +67,8 @@ fn generate() -> Result<Vec<File>, String> {
     let sky = crate::sky::exr(&spheres::sky())?;
     let _ = writeln!(
         table,
-        "| sky.exr | A late-afternoon sky, 128 × 64, for spheres.glb. | {SKY_KNOWN} | | {} |",
+        "| sky.exr | A late-afternoon sky, 128 × 64, for spheres.glb. | {} | | {} |",
+        spheres::SKY_KNOWN,
         sky.len()
     );
     files.push(("sky.exr".to_owned(), sky));
@@ -89,4 +88,26 @@ Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sid
 |---|---|---|---:|---:|
 {table}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn check_finds_what_is_missing_changed_or_foreign() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        assert!(check(folder.path()).expect_err("nothing is there").contains("cornell-box.glb cannot be read"));
+        write(folder.path()).expect("the files can be written");
+        check(folder.path()).expect("they are as written");
+
+        let furnace = folder.path().join("furnace.glb");
+        let mut bytes = fs::read(&furnace).expect("it is there");
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        fs::write(&furnace, bytes).expect("it can be written");
+        fs::write(folder.path().join("teapot.glb"), b"").expect("it can be written");
+        let message = check(folder.path()).expect_err("two files are wrong");
+        assert!(message.contains("furnace.glb differs, teapot.glb is made by no code"), "{message}");
+    }
 }

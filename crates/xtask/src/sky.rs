@@ -16,3 +16,21 @@ pub(crate) fn exr(map: &EnvironmentMap) -> Result<Vec<u8>, String> {
     Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| format!("sky.exr: {e}"))?;
     Ok(bytes.into_inner())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sky_is_read_back_to_half_precision() {
+        let sky = surelight_scene::procedural::spheres::sky();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("sky.exr");
+        std::fs::write(&path, exr(&sky).expect("it can be encoded")).expect("it can be written");
+        let read = surelight_scene::load_environment(&path).expect("it can be read");
+        assert_eq!((read.width, read.height), (sky.width, sky.height));
+        for (a, b) in read.texels.iter().flatten().zip(sky.texels.iter().flatten()) {
+            assert!((a - b).abs() <= b * 2f32.powi(-11), "{a} instead of {b}");
+        }
+    }
+}

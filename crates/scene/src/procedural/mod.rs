@@ -41,8 +41,9 @@ pub const GALLERY: &[Entry] = &[
     Entry {
         name: "cornell-box",
         shows: "The Cornell box with its two blocks, by the published measurements.",
-        known: "The lamp's power is π·L·A: (0.729, 0.515, 0.172) W. Direct light on floor points that see the whole lamp \
-                follows Lambert's polygon formula. The picture as a whole has no closed form.",
+        known: "The lamp's power π·L·A is (0.729, 0.515, 0.172). Direct light on floor points that see the whole lamp \
+                follows Lambert's polygon formula: (0.527, 0.372, 0.124) of irradiance at (-0.172, 0, -0.1). The \
+                picture as a whole has no closed form.",
         build: cornell_box::cornell_box,
     },
     Entry {
@@ -53,42 +54,44 @@ pub const GALLERY: &[Entry] = &[
     },
     Entry {
         name: "quad-light",
-        shows: "A square lamp over a floor.",
-        known: "Every floor pixel is ρ/π·L·E with E by Lambert's polygon formula, exactly.",
+        shows: "A tilted lamp over a floor.",
+        known: "Every pixel is exact: a floor point before the lamp shows ρ/π·L·E with E by Lambert's polygon formula, \
+                one behind it 0, the lamp L.",
         build: quad_light::quad_light,
     },
     Entry {
         name: "veach-mis",
         shows: "Four metal plates (GGX α 0.005, 0.02, 0.05, 0.1) under four spherical lights of equal power.",
-        known: "Each light's power is π·L·A, with a luminance of 36; at distance d it gives π·L·(r/d)²·cosθ to within \
-                1 %. The picture has no closed form.",
+        known: "Each light's power Φ = π·L·A has the luminance 36. A sphere of power Φ at distance d lights a diffuse \
+                surface with Φ·cosθ/(4π·d²), whatever its radius; these polyhedra do so to within 1 %. The picture has \
+                no closed form.",
         build: veach_mis::veach_mis,
     },
     Entry {
         name: "glass",
         shows: "A glass ball, a lens and a tinted slab under a small lamp: caustics on a diffuse floor.",
-        known: "n = 1.5: the ball's paraxial focus lies half a radius behind it; a face reflects 0.04 at normal \
-                incidence, a slab with one-way absorption τ transmits (1 − r)²τ/(1 − r²τ²). The picture has no closed \
+        known: "n = 1.5: the ball's paraxial focus lies half a radius behind it; a face reflects r = 0.04 at normal \
+                incidence; a slab with one-way absorption τ transmits (1 − r)²τ/(1 − r²τ²). The picture has no closed \
                 form.",
         build: glass::glass,
     },
     Entry {
         name: "textured",
         shows: "Checker, patina, tiles and a lattice: base colour, metallic-roughness, normal map and alpha mask.",
-        known: "Texel counts: the checker's two colours cover equal areas, the lattice lets through the share of its \
-                texels below the cutoff. The picture has no closed form.",
+        known: "Texel counts: the checker's mean base colour is (0.3525, 0.3350, 0.3025) to within 8-bit rounding, the \
+                lattice lets through 43.14 % at right angles. The picture has no closed form.",
         build: textured::textured,
     },
     Entry {
         name: "many-lights",
         shows: "A valley at night under 2,000 glowing triangles, a dozen lanterns dominating.",
-        known: "Each lantern's power is π·L·A, and light adds: the picture is the sum of those with one lantern lit. \
-                The picture itself has no closed form.",
+        known: "Each lantern's power is π·L·A, all together (341.7, 191.8, 106.9). Light adds: the picture is the sum \
+                of those with one lantern lit. The picture itself has no closed form.",
         build: many_lights::many_lights,
     },
     Entry {
         name: "spheres",
-        shows: "Metalness (upwards) against roughness (to the right); meant for `--env assets/sky.exr`, with a soft box \
+        shows: "Metalness (upwards) against roughness (to the right); meant for `--env assets/sky.exr`, with soft boxes \
                 of its own when rendered alone.",
         known: "The ball of metalness 1, roughness 0 shows the mirrored radiance times Schlick's F; a metal in a \
                 uniform environment shows the directional albedo of GGX.",

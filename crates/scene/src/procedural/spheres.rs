@@ -25,6 +25,10 @@ pub const COLUMNS: usize = 9;
 /// Metalness steps, 0 … 1 from the bottom row to the top one.
 pub const ROWS: usize = 5;
 
+/// What is known about [`sky`] in closed form.
+pub const SKY_KNOWN: &str = "A horizontal floor under the open sky receives Σ L·cosθ·ΔΩ over the upper texels: \
+                             (1.517, 1.658, 2.363).";
+
 /// Direction of the sun in [`sky`].
 const SUN: DVec3 = DVec3::new(-0.52, 0.62, 0.59);
 

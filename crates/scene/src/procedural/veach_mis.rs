@@ -4,9 +4,10 @@
 //! the plates grow rougher towards the viewer, the lights grow from a point to a ball, all of equal power. Measurements
 //! are this project's own: each plate is turned so that the camera sees the row of lights mirrored in its middle.
 //!
-//! **Known in closed form.** Each light is a convex polyhedron of uniform radiance L and area A, so its power is π·L·A;
-//! L is chosen so that its luminous power is [`POWER`]. A sphere of radius r at distance d, wholly above the horizon,
-//! gives the irradiance π·L·(r/d)²·cosθ; the polyhedra stay within 1 % of their spheres.
+//! **Known in closed form.** Each light is a convex polyhedron of uniform radiance L and area A, so its power is
+//! Φ = π·L·A; L is chosen so that its luminance is [`POWER`]. A sphere of power Φ, wholly above the horizon at distance
+//! d, gives the irradiance Φ·cosθ/(4π·d²) whatever its radius; a convex polyhedron does so in the mean over directions
+//! (Cauchy: its mean projection is A/4), and these to within 1 % in each.
 
 use std::f64::consts::PI;
 
