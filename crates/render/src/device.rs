@@ -150,6 +150,24 @@ impl Device {
         }
     }
 
+    /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is done.
+    pub(crate) fn read<T>(&self, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, RenderError> {
+        let slice = buffer.slice(..size);
+        let (send, receive) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver outlives the wait below.
+            let _ = send.send(result);
+        });
+        self.wait()?;
+        let failed = |message: String| RenderError::Device { what: "reading a buffer".into(), message };
+        receive.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+        let value = read(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(value)
+    }
+
     /// Waits until the device has done everything submitted.
     pub(crate) fn wait(&self) -> Result<(), RenderError> {
         self.device

@@ -8,7 +8,7 @@ pub(crate) const GROUP: u32 = 64;
 /// Twin of `Pass` in `shaders/kernel/lanes.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Pass {
+pub(crate) struct Pass {
     pub(crate) corner: [u32; 2],
     pub(crate) size: [u32; 2],
     pub(crate) first_batch: u32,
@@ -24,13 +24,23 @@ pub struct Pass {
 /// Twin of `Control` in `shaders/kernel/lanes.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct Control {
+pub(crate) struct Control {
     pub(crate) workgroups: u32,
     pub(crate) unfinished: u32,
     pub(crate) rays: u32,
     pub(crate) paths: u32,
     pub(crate) dropped: u32,
     pub(crate) truncated: u32,
+}
+
+/// Twin of `Feature` in `shaders/kernel/features.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct FeaturePixel {
+    pub(crate) albedo: [f32; 3],
+    pub(crate) depth: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) unused: f32,
 }
 
 /// A rectangle of pixels that is traced at once.

@@ -1,16 +1,18 @@
 //! What the composed shader says about itself: record layouts and bindings, so that neither is stated twice.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use bytemuck::NoUninit;
 
 use crate::compose::Composed;
 
 /// Offsets of a WGSL struct's fields.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecordLayout {
     /// Field name to byte offset.
     pub offsets: HashMap<String, u32>,
+    /// Field name to bytes.
+    pub sizes: HashMap<String, u32>,
     /// Bytes from one record to the next.
     pub span: u32,
 }
@@ -21,6 +23,7 @@ impl RecordLayout {
         shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
             naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => Some(Self {
                 offsets: members.iter().filter_map(|m| Some((m.name.clone()?, m.offset))).collect(),
+                sizes: members.iter().filter_map(|m| Some((m.name.clone()?, size_of_type(shader, m.ty)))).collect(),
                 span: *span,
             }),
             _ => None,
@@ -28,15 +31,21 @@ impl RecordLayout {
     }
 }
 
+fn size_of_type(shader: &Composed, ty: naga::Handle<naga::Type>) -> u32 {
+    shader.module.types[ty].inner.size(shader.module.to_ctx())
+}
+
 /// Writes records by field name; fields that the kernel lacks are left out.
 pub(crate) struct RecordWriter<'a> {
     layout: &'a RecordLayout,
     pub(crate) bytes: Vec<u8>,
+    /// Every field that was to be written, with its size, whether or not the kernel has it.
+    pub(crate) fields: BTreeMap<&'static str, u32>,
 }
 
 impl<'a> RecordWriter<'a> {
     pub(crate) fn new(layout: &'a RecordLayout) -> Self {
-        Self { layout, bytes: Vec::new() }
+        Self { layout, bytes: Vec::new(), fields: BTreeMap::new() }
     }
 
     /// Begins a record of zeros.
@@ -45,7 +54,8 @@ impl<'a> RecordWriter<'a> {
     }
 
     /// Sets a field of the record begun last.
-    pub(crate) fn put<T: NoUninit>(&mut self, field: &str, value: T) {
+    pub(crate) fn put<T: NoUninit>(&mut self, field: &'static str, value: T) {
+        self.fields.insert(field, size_of::<T>() as u32);
         if let Some(&offset) = self.layout.offsets.get(field) {
             let start = self.bytes.len() - self.layout.span as usize + offset as usize;
             let value = bytemuck::bytes_of(&value);

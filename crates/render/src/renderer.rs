@@ -10,8 +10,8 @@ use crate::{
     error::RenderError,
     features::Features,
     kernel::{Checks, Kernel, Resource, Resources},
-    pass::{Control, GROUP, Pass, Tile},
-    prepare::Prepared,
+    pass::{Control, FeaturePixel, GROUP, Pass, Tile},
+    prepare::{InstanceRows, Prepared},
     reflect::RecordLayout,
     upload::Uploader,
 };
@@ -265,7 +265,7 @@ impl<'a> Renderer<'a> {
             encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, size);
             device.queue.submit([encoder.finish()]);
         })?;
-        let report: Control = self.map(&self.control_readback, size, |bytes| bytemuck::pod_read_unaligned(bytes))?;
+        let report: Control = device.read(&self.control_readback, size, |bytes| bytemuck::pod_read_unaligned(bytes))?;
         if report.workgroups != workgroups {
             let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
             return Err(RenderError::LostWork { message });
@@ -285,24 +285,7 @@ impl<'a> Renderer<'a> {
             encoder.copy_buffer_to_buffer(from, 0, &self.readback, 0, size);
             device.queue.submit([encoder.finish()]);
         })?;
-        self.map(&self.readback, size, |bytes| bytemuck::pod_collect_to_vec(bytes))
-    }
-
-    fn map<T>(&self, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, RenderError> {
-        let slice = buffer.slice(..size);
-        let (send, receive) = std::sync::mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver outlives the wait below.
-            let _ = send.send(result);
-        });
-        self.device.wait()?;
-        let failed = |message: String| RenderError::Device { what: "reading a buffer".into(), message };
-        receive.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-        let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
-        let value = read(&view);
-        drop(view);
-        buffer.unmap();
-        Ok(value)
+        device.read(&self.readback, size, |bytes| bytemuck::pod_collect_to_vec(bytes))
     }
 
     /// Albedo, normal and depth of first hits.
@@ -313,13 +296,13 @@ impl<'a> Renderer<'a> {
         for tile in self.tiles.clone() {
             let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
             self.run(&pass, &kernel, pass.lanes / GROUP)?;
-            let records: Vec<[f32; 8]> = self.read(&self.feature_pixels, u64::from(pass.lanes) * 32)?;
+            let records: Vec<FeaturePixel> = self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
             for (pixel, r) in tile.pixels(pass.lanes, self.width).into_iter().zip(records) {
                 if pixel != u32::MAX {
                     let i = pixel as usize;
-                    all.albedo[i] = [r[0], r[1], r[2]];
-                    all.depth[i] = r[3];
-                    all.normal[i] = [r[4], r[5], r[6]];
+                    all.albedo[i] = r.albedo;
+                    all.depth[i] = r.depth;
+                    all.normal[i] = r.normal;
                 }
             }
         }
@@ -327,7 +310,8 @@ impl<'a> Renderer<'a> {
     }
 }
 
-fn scene_resources(
+/// Uploads what a kernel of this scene may read; by name.
+pub(crate) fn scene_resources(
     up: &mut Uploader<'_>,
     prepared: &Prepared,
     features: &Features,
@@ -353,7 +337,8 @@ fn scene_resources(
     storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
     let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
     storage("materials", "materials", true, &materials)?;
-    storage("instances", "instances", features.instances, &instance_rows(prepared))?;
+    let instances: Vec<_> = prepared.accel.instances.iter().map(InstanceRows::new).collect();
+    storage("instances", "instances", features.instances, bytemuck::cast_slice(&instances))?;
     storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
     let lights = &prepared.lights;
     storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
@@ -374,21 +359,6 @@ fn scene_resources(
         resources.insert("texels", resource);
     }
     Ok(resources)
-}
-
-fn instance_rows(prepared: &Prepared) -> Vec<u8> {
-    let rows: Vec<[f32; 24]> = prepared
-        .accel
-        .instances
-        .iter()
-        .map(|i| {
-            let mut row = [0.0; 24];
-            row[..12].copy_from_slice(&i.to_world);
-            row[12..].copy_from_slice(&i.to_object);
-            row
-        })
-        .collect();
-    bytemuck::cast_slice(&rows).to_vec()
 }
 
 /// Threads of a CPU driver: it makes one for each core.

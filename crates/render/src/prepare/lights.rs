@@ -12,7 +12,7 @@ use super::{alias::alias_table, luminance, textures::lookup_linear_rgb};
 /// Twin of `LightEntry` in `shaders/light/light.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct LightEntry {
+pub(crate) struct LightEntry {
     pub(crate) threshold: f32,
     pub(crate) alias_entry: u32,
     pub(crate) probability: f32,
@@ -22,7 +22,7 @@ pub struct LightEntry {
 /// Twin of `AreaLight` in `shaders/light/area.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct AreaLight {
+pub(crate) struct AreaLight {
     pub(crate) v0: [f32; 3],
     pub(crate) prim: u32,
     pub(crate) e1: [f32; 3],
@@ -34,7 +34,7 @@ pub struct AreaLight {
 /// Twin of `PunctualLight` in `shaders/light/punctual.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct PunctualLight {
+pub(crate) struct PunctualLight {
     pub(crate) position: [f32; 3],
     pub(crate) kind: u32,
     pub(crate) intensity: [f32; 3],

@@ -93,8 +93,18 @@ fn extinction(volume: Option<Volume>) -> [f32; 3] {
     }
 }
 
+/// Every field of a material record that the host knows, with its size. A kernel has some of them, and no others.
+pub fn material_fields() -> Vec<(&'static str, u32)> {
+    let material = PreparedMaterial::new(&Scene::default(), &Material::default(), &mut Textures::default());
+    write_records(&[material], &RecordLayout::default()).fields.into_iter().collect()
+}
+
 /// The records of all materials.
 pub(crate) fn write(materials: &[PreparedMaterial], layout: &RecordLayout) -> Vec<u8> {
+    write_records(materials, layout).bytes
+}
+
+fn write_records<'a>(materials: &[PreparedMaterial], layout: &'a RecordLayout) -> RecordWriter<'a> {
     let mut w = RecordWriter::new(layout);
     for p in materials {
         let m = &p.material;
@@ -129,5 +139,5 @@ pub(crate) fn write(materials: &[PreparedMaterial], layout: &RecordLayout) -> Ve
         w.put("specular_color_texture", p.specular_color);
         w.put("transmission_texture", p.transmission);
     }
-    w.bytes
+    w
 }

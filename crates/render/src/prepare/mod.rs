@@ -3,6 +3,7 @@
 mod alias;
 mod attributes;
 mod environment;
+mod instances;
 mod lights;
 mod materials;
 mod textures;
@@ -27,7 +28,9 @@ use crate::{
     reflect::RecordLayout,
 };
 
-pub use self::{
+pub use self::materials::material_fields;
+pub(crate) use self::{
+    instances::InstanceRows,
     lights::{AreaLight, LightEntry, PunctualLight},
     textures::TextureUse,
     view::View,
@@ -126,7 +129,7 @@ impl Prepared {
     }
 
     /// Constants that the kernel is specialised with.
-    pub(crate) fn constants(&self) -> Vec<Constant> {
+    pub fn constants(&self) -> Vec<Constant> {
         let mut constants = self.layout.constants();
         // One more than the walk needs, since it writes the next entry whether or not it is kept.
         constants.push(Constant { name: "STACK_SIZE", value: self.accel.stack_depth + 2 });

@@ -9,7 +9,7 @@ use surelight_scene::{Filter, Scene, TextureRef, Wrap};
 /// Twin of `TextureUse` in `shaders/scene/textures.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct TextureUse {
+pub(crate) struct TextureUse {
     pub(crate) offset: u32,
     pub(crate) width: u32,
     pub(crate) height: u32,

@@ -9,7 +9,7 @@ use super::Settings;
 /// Twin of `View` in `shaders/scene/view.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct View {
+pub(crate) struct View {
     pub(crate) origin: [f32; 3],
     pub(crate) lens_radius: f32,
     pub(crate) right: [f32; 3],
