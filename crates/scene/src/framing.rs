@@ -11,7 +11,7 @@ const YFOV: f64 = 0.7;
 /// With more placed vertices than this, boxes of meshes are transformed in place of vertices.
 const MOST_VERTICES: usize = 50_000_000;
 
-/// Corners beyond this count as not finite: a frame around them would overflow. The comparison is false for NaN.
+/// Corners beyond this count as not finite: a frame around them would overflow.
 const FARTHEST: f64 = 1e100;
 
 impl Scene {
@@ -78,7 +78,7 @@ fn corners_of(mesh: &Mesh) -> Vec<DVec3> {
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
-    points.filter(|p| p.abs().max_element() < FARTHEST).fold(None, |sum, p| match sum {
+    points.filter(|p| p.abs().cmplt(DVec3::splat(FARTHEST)).all()).fold(None, |sum, p| match sum {
         None => Some((p, p)),
         Some((low, high)) => Some((low.min(p), high.max(p))),
     })

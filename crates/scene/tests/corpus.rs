@@ -225,3 +225,60 @@ fn environment_maps_load() {
         assert!(map.texels.iter().flatten().any(|&c| c > 0.0));
     }
 }
+
+#[test]
+fn the_asset_generator_loads() {
+    let Some(corpus) = corpus() else { return };
+    let files = files_below(&corpus.join("geometry/asset-generator"));
+    assert!(files.len() > 100, "only {} files", files.len());
+    let mut triangles = 0;
+    for path in files {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        // A later version and a required extension: the two that must be refused.
+        let must_fail = matches!(name.as_str(), "Compatibility_04" | "Compatibility_05");
+        match attempt(&path) {
+            Some(Ok((count, warnings))) => {
+                assert!(!must_fail, "{name} loads");
+                println!("{name}: {count} triangles, {warnings:?}");
+                triangles += count;
+            }
+            Some(Err(message)) => assert!(must_fail, "{message}"),
+            None => panic!("{name} panicked"),
+        }
+    }
+    // The index counts 1072; two files of two triangles are refused.
+    assert_eq!(triangles, 1068);
+}
+
+#[test]
+fn generated_tangents_agree_with_the_files_own() {
+    let Some(corpus) = corpus() else { return };
+    // Its tangents were made by MikkTSpace when it was exported.
+    let path = corpus.join("textures/NormalTangentMirrorTest.glb");
+    let file = std::fs::read(&path).expect("file");
+    // The same file with its tangents under a name that means nothing.
+    let mut without = file.clone();
+    let key = b"\"TANGENT\"";
+    let mut renamed = 0;
+    for at in 0..without.len() - key.len() {
+        if without[at..].starts_with(key) {
+            without[at + 1] = b'_';
+            renamed += 1;
+        }
+    }
+    assert!(renamed > 0);
+    let load = |bytes: &[u8]| surelight_scene::load_bytes(bytes, &path, &LoadOptions::default()).expect("loads");
+    let (own, made) = (load(&file), load(&without));
+    let (mut corners, mut agree) = (0_usize, 0_usize);
+    for (own, made) in own.meshes.iter().zip(&made.meshes) {
+        let (Some(a), Some(b)) = (&own.tangents, &made.tangents) else { continue };
+        for (&i, &j) in own.triangles.iter().flatten().zip(made.triangles.iter().flatten()) {
+            let (a, b) = (a[i as usize], b[j as usize]);
+            assert_eq!(own.positions[i as usize], made.positions[j as usize]);
+            corners += 1;
+            agree += usize::from(a.w == b.w && a.truncate().dot(b.truncate()) > 0.999);
+        }
+    }
+    println!("{agree} of {corners} corners agree");
+    assert!(corners > 1000 && agree as f64 > 0.98 * corners as f64, "{agree} of {corners}");
+}

@@ -40,15 +40,18 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, LoadError> {
 /// See [`load_environment`].
 pub fn load_environment_with_warnings(path: &Path) -> Result<(EnvironmentMap, Vec<String>), LoadError> {
     let bytes = read_file(path, MOST_BYTES)?;
+    let mut warnings = Vec::new();
     let decoded = if bytes.starts_with(b"#?") {
         hdr(&bytes)
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        exr(&bytes)
+        exr(&bytes, &mut warnings)
     } else {
         Err("it is neither Radiance HDR nor OpenEXR".into())
     };
     let mut map = decoded.map_err(|cause| LoadError::Environment { path: path.to_path_buf(), cause })?;
-    let mut warnings = Vec::new();
+    for warning in &mut warnings {
+        *warning = format!("Of {}, {warning}.", path.display());
+    }
     let changed = sanitise(&mut map.texels);
     if changed > 0 {
         let texels = map.texels.len();
@@ -98,7 +101,7 @@ fn hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     Ok(EnvironmentMap { width, height, texels })
 }
 
-fn exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
+fn exr(bytes: &[u8], warnings: &mut Vec<String>) -> Result<EnvironmentMap, String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
         check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, bytes.len())?;
@@ -123,10 +126,58 @@ fn exr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
-    let size = image.layer_data.size;
-    check_size(size.0 as u64, size.1 as u64, bytes.len())?;
+    let attributes = &image.layer_data.attributes;
+    if attributes.environment_map == Some(exr::meta::attribute::EnvironmentMap::Cube) {
+        return Err("it is a cube map, and only maps of latitude and longitude are read".into());
+    }
+    let data = Window { at: attributes.layer_position.into(), size: image.layer_data.size.into() };
+    let shown = image.attributes.display_window;
+    let shown = Window { at: shown.position.into(), size: shown.size.into() };
+    check_size(shown.size.0 as u64, shown.size.1 as u64, bytes.len())?;
+    if let Some(c) = image.attributes.chromaticities
+        && !is_rec709(&c)
+    {
+        warnings.push("its primaries are not those of Rec. 709, and its colours are taken as they are".into());
+    }
     let (_, texels) = image.layer_data.channel_data.pixels;
-    Ok(EnvironmentMap { width: size.0 as u32, height: size.1 as u32, texels })
+    Ok(EnvironmentMap { width: shown.size.0 as u32, height: shown.size.1 as u32, texels: shown.show(data, texels) })
+}
+
+/// A rectangle of texels in OpenEXR's pixel plane, rows downwards.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Window {
+    at: (i32, i32),
+    size: (usize, usize),
+}
+
+impl Window {
+    /// The texels of `data` as seen through this window; black where there are none.
+    fn show(self, data: Window, texels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+        if self == data {
+            return texels;
+        }
+        // In i64 no difference of two corners overflows.
+        let shift = |from: i32, to: i32| i64::from(to) - i64::from(from);
+        let (dx, dy) = (shift(self.at.0, data.at.0), shift(self.at.1, data.at.1));
+        let mut out = vec![[0.0; 3]; self.size.0 * self.size.1];
+        for (y, row) in texels.chunks_exact(data.size.0).enumerate() {
+            for (x, texel) in row.iter().enumerate() {
+                let (x, y) = (usize::try_from(x as i64 + dx), usize::try_from(y as i64 + dy));
+                if let (Ok(x), Ok(y)) = (x, y)
+                    && x < self.size.0
+                    && y < self.size.1
+                {
+                    out[y * self.size.0 + x] = *texel;
+                }
+            }
+        }
+        out
+    }
+}
+
+fn is_rec709(c: &exr::meta::attribute::Chromaticities) -> bool {
+    let near = |a: exr::math::Vec2<f32>, x: f32, y: f32| (a.0 - x).abs() < 2e-3 && (a.1 - y).abs() < 2e-3;
+    near(c.red, 0.64, 0.33) && near(c.green, 0.30, 0.60) && near(c.blue, 0.15, 0.06) && near(c.white, 0.3127, 0.3290)
 }
 
 /// Makes every texel finite, non-negative and not absurdly bright; returns how many changed.

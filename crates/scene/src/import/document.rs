@@ -43,7 +43,7 @@ impl<'de> Deserialize<'de> for Int {
 
             fn visit_f64<E: de::Error>(self, value: f64) -> std::result::Result<Int, E> {
                 // Up to 2^53 every whole number is exact as f64.
-                if value >= 0.0 && value <= 9_007_199_254_740_992.0 && value.fract() == 0.0 {
+                if (0.0..=9_007_199_254_740_992.0).contains(&value) && value.fract() == 0.0 {
                     Ok(Int(value as u64))
                 } else {
                     Err(E::invalid_value(de::Unexpected::Float(value), &self))

@@ -15,6 +15,8 @@ use crate::Mesh;
 /// Texture coordinates beyond this are no coordinates: f32 has no fraction left there.
 const MOST_UV: f32 = 1e9;
 
+type Triangles = Vec<[u32; 3]>;
+
 /// A primitive with area whose accessors exist and have sensible types; no vertex has been read yet.
 #[derive(Debug)]
 pub(crate) struct Plan<'a> {
@@ -99,7 +101,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The triangles, and which of the file's vertices they use when that is worth a selection.
-    fn triangles(&self, accessors: &Accessors, warnings: &mut Warnings) -> Result<(Vec<[u32; 3]>, Option<Vec<u32>>)> {
+    fn triangles(&self, accessors: &Accessors, warnings: &mut Warnings) -> Result<(Triangles, Option<Vec<u32>>)> {
         let count = self.positions.count;
         let corners = self.indices.map_or(count, |i| i.count);
         let unused = self.mode.unused_of(corners);
@@ -111,11 +113,7 @@ impl<'a> Plan<'a> {
         };
         let mut indices = accessors.indices(typed).map_err(|f| f.used_by(&user("indices", &self.place)))?;
         if let Some(at) = indices.iter().position(|&i| i as usize >= count) {
-            let cause = format!(
-                "has index {} at place {at}, but there are only {}",
-                indices[at],
-                count_of(count, "vertex").replace("vertexs", "vertices")
-            );
+            let cause = format!("has index {} at place {at}, but its vertices are {count}", indices[at]);
             return Err(Fault::invalid(&self.place, cause));
         }
         // Exporters let many primitives share one large vertex array: keep what this one uses.
@@ -215,8 +213,8 @@ impl Vertices<'_> {
                 let mut uvs: Vec<Vec2> = self.floats(&typed, &name)?.into_iter().map(Vec2::from_array).collect();
                 let mut bad = 0;
                 for uv in &mut uvs {
-                    // Written so that NaN fails the test.
-                    if !(uv.abs().max_element() < MOST_UV && !uv.is_nan()) {
+                    // NaN is not less than anything.
+                    if !uv.abs().cmplt(Vec2::splat(MOST_UV)).all() {
                         *uv = Vec2::ZERO;
                         bad += 1;
                     }
@@ -244,8 +242,9 @@ impl Vertices<'_> {
         if colors.iter().flatten().any(|c| c.is_nan()) {
             warnings.push(format!("COLOR_0 of {} has NaN in it; 0 is used.", self.plan.place));
         }
-        // To [0, 1] as glTF says; `max` first turns NaN into 0.
-        Ok(Some(colors.into_iter().map(|c| Vec4::from_array(c.map(|c| c.max(0.0).min(1.0)))).collect()))
+        // To [0, 1] as glTF says.
+        let in_range = |c: f32| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) };
+        Ok(Some(colors.into_iter().map(|c| Vec4::from_array(c.map(in_range))).collect()))
     }
 
     fn tangents(&self, warnings: &mut Warnings) -> Result<Option<Vec<Vec4>>> {

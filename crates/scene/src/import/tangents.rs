@@ -31,10 +31,9 @@ pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2
         Some(set) => set.iter().map(|&uv| transform.transform_point2(uv)).collect(),
         None => vec![Vec2::ZERO; mesh.positions.len()],
     };
-    let faces: Vec<usize> = (0..mesh.triangles.len())
-        .filter(|&t| mesh.triangles[t].iter().all(|&v| mesh.positions[v as usize].abs().max_element() < FAR))
-        // The comparison is false for NaN.
-        .collect();
+    // NaN is not less than anything.
+    let near = |v: u32| mesh.positions[v as usize].abs().cmplt(Vec3::splat(FAR)).all();
+    let faces: Vec<usize> = (0..mesh.triangles.len()).filter(|&t| mesh.triangles[t].iter().all(|&v| near(v))).collect();
     let corner_normals: Vec<Vec3> = match &mesh.normals {
         Some(_) => Vec::new(),
         None => mesh.triangles.iter().map(|&t| face(&mesh.positions, t).unwrap_or(Vec3::Z)).collect(),

@@ -107,3 +107,27 @@ fn headers_that_lie_about_the_size_are_refused() {
         assert!(message.contains("map.hdr"), "{message}");
     }
 }
+
+#[test]
+fn the_display_window_of_exr_frames_the_map() {
+    use exr::prelude::*;
+    // Two texels of data at (1, 1) of a 4 × 2 picture.
+    let channels = SpecificChannels::rgb(|at: Vec2<usize>| (1.0_f32 + at.0 as f32, 0.0_f32, 0.0_f32));
+    let attributes = LayerAttributes { layer_position: Vec2(1, 1), ..LayerAttributes::named("sky") };
+    let layer = Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, channels);
+    let window = IntegerBounds::new((0, 0), (4, 2));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::new(ImageAttributes::new(window), layer).write().to_buffered(&mut bytes).expect("encodes");
+    let map = load("map.exr", bytes.get_ref()).expect("loads");
+    assert_eq!((map.width, map.height), (4, 2));
+    assert_eq!(map.texels.iter().map(|t| t[0]).collect::<Vec<_>>(), [0., 0., 0., 0., 0., 1., 2., 0.]);
+}
+
+#[test]
+fn what_was_not_taken_as_written_is_told() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("map.exr");
+    fs::write(&path, exr(3, 1, &[[-1.0, 0.0, 0.0], [1.0; 3], [f32::NAN; 3]])).expect("file");
+    let (_, warnings) = surelight_scene::load_environment_with_warnings(&path).expect("loads");
+    assert!(warnings[0].contains("2 of 3 texels") && warnings[1].contains("3 × 1"), "{warnings:?}");
+}
