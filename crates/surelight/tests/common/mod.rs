@@ -8,31 +8,31 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The Cornell box of the repository.
-pub fn cornell_box() -> PathBuf {
+pub(crate) fn cornell_box() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/cornell-box.glb").canonicalize().unwrap()
 }
 
 /// An empty folder that a program runs in, and what the program did.
-pub struct Folder(tempfile::TempDir);
+pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// The program, ready to run here.
-    pub fn command<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
+    pub(crate) fn command<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_surelight"));
         command.args(args).current_dir(self.0.path());
         command
     }
 
     /// Runs the program here with arguments separated by spaces; `{box}` is the Cornell box.
-    pub fn run(&self, line: &str) -> Ran {
+    pub(crate) fn run(&self, line: &str) -> Ran {
         let scene = cornell_box();
         let args = line.split_whitespace().map(|word| match word {
             "{box}" => scene.as_os_str(),
@@ -42,7 +42,7 @@ impl Folder {
     }
 
     /// Names of the files here, in order.
-    pub fn files(&self) -> Vec<String> {
+    pub(crate) fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
         names.sort();
@@ -52,10 +52,10 @@ impl Folder {
 
 /// What a run left.
 #[derive(Debug)]
-pub struct Ran {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Ran {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl From<Output> for Ran {
@@ -71,14 +71,14 @@ impl From<Output> for Ran {
 impl Ran {
     /// The run ended well.
     #[track_caller]
-    pub fn succeeded(self) -> Self {
+    pub(crate) fn succeeded(self) -> Self {
         assert_eq!(self.code, Some(0), "{self:#?}");
         self
     }
 
     /// The run failed with one sentence on standard error that holds all of `words`, and nothing else.
     #[track_caller]
-    pub fn failed_with(&self, words: &[&str]) {
+    pub(crate) fn failed_with(&self, words: &[&str]) {
         assert_eq!(self.code, Some(1), "{self:#?}");
         assert_eq!(self.stdout, "", "{self:#?}");
         let lines: Vec<_> = self.stderr.lines().collect();
