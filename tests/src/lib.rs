@@ -2,5 +2,8 @@
 
 pub mod bsdf;
 pub mod bsdf_oracle;
+pub mod features;
 pub mod probe;
+pub mod render;
+pub mod scenes;
 pub mod sphere;

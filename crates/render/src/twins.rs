@@ -31,24 +31,33 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
         (
             "View",
             layout!(View {
-                origin, lens_radius, right, focus, up, seed, forward, max_bounces, environment, environment_rotation, size,
-                environment_size, environment_probability, light_density, light_count, max_radiance
+                origin,
+                lens_radius,
+                right,
+                focus,
+                up,
+                seed,
+                forward,
+                max_bounces,
+                environment,
+                environment_rotation,
+                size,
+                environment_size,
+                environment_probability,
+                light_density,
+                light_count,
+                max_radiance
             }),
         ),
         (
             "Pass",
-            layout!(Pass {
-                corner, size, first_batch, batches, samples, budget, lanes, threads, restart, unused
-            }),
+            layout!(Pass { corner, size, first_batch, batches, samples, budget, lanes, threads, restart, unused }),
         ),
         ("Control", layout!(Control { workgroups, unfinished, rays, paths, dropped, truncated })),
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),
         ("LightEntry", layout!(LightEntry { threshold, alias_entry, probability, light })),
         ("AreaLight", layout!(AreaLight { v0, prim, e1, material, e2, weight })),
-        (
-            "PunctualLight",
-            layout!(PunctualLight { position, kind, intensity, angle_scale, direction, angle_offset }),
-        ),
+        ("PunctualLight", layout!(PunctualLight { position, kind, intensity, angle_scale, direction, angle_offset })),
         ("TextureUse", layout!(TextureUse { offset, width, height, flags, row_u, pad_0, row_v, pad_1 })),
         ("Instance", layout!(InstanceRows { world_x, world_y, world_z, object_x, object_y, object_z })),
     ]

@@ -1,0 +1,119 @@
+//! Feature sets: those that make sense, and those that shipped scenes need.
+
+use std::{collections::BTreeMap, path::Path, sync::OnceLock};
+
+use surelight_render::{Constant, Features, Prepared, Settings};
+use surelight_scene::{LoadOptions, Scene, procedural};
+
+use crate::{render::prepare, scenes};
+
+/// What a feature cannot be without, as the renderer decides it.
+const IMPLIED: [(&str, &[&str]); 17] = [
+    ("base_color_texture", &["textures"]),
+    ("metallic_roughness_texture", &["textures", "ggx"]),
+    ("normal_texture", &["textures", "tangents"]),
+    ("tangents", &["normal_texture", "textures"]),
+    ("emissive_texture", &["textures", "emission"]),
+    ("specular_texture", &["textures", "ggx"]),
+    ("specular_color_texture", &["textures", "ggx"]),
+    ("transmission_texture", &["textures", "transmission", "ggx"]),
+    ("textures", &["base_color_texture"]),
+    ("metal", &["ggx"]),
+    ("delta_lobes", &["ggx"]),
+    ("transmission", &["ggx"]),
+    ("volume", &["transmission", "ggx"]),
+    ("area_lights", &["emission", "light_sampling"]),
+    ("punctual_lights", &["light_sampling"]),
+    ("environment_map", &["light_sampling"]),
+    ("light_sampling", &["punctual_lights"]),
+];
+
+/// No scene has both.
+const EXCLUSIVE: [(&str, &str); 2] = [("environment_uniform", "environment_map"), ("orthographic", "lens")];
+
+/// Names of all features.
+pub fn names() -> Vec<&'static str> {
+    Features::default().list().into_iter().map(|(name, ..)| name).collect()
+}
+
+/// A set with these features and all that they imply; `None` when two of them exclude each other.
+pub fn set(wanted: &[&str]) -> Option<Features> {
+    let mut features = Features::default();
+    for name in wanted {
+        assert!(features.set(name, true), "no feature is called {name}");
+        for (_, implied) in IMPLIED.iter().filter(|(of, _)| of == name) {
+            implied.iter().for_each(|also| assert!(features.set(also, true), "no feature is called {also}"));
+        }
+    }
+    let on = |name| features.list().iter().any(|&(n, on, _)| n == name && on);
+    EXCLUSIVE.iter().all(|&(a, b)| !(on(a) && on(b))).then_some(features)
+}
+
+/// Everything at once, once for each choice between features that exclude each other.
+pub fn everything() -> Vec<Features> {
+    let mut all = Features::default();
+    names().into_iter().for_each(|name| assert!(all.set(name, true)));
+    let mut sets = vec![all];
+    for (a, b) in EXCLUSIVE {
+        sets = sets
+            .into_iter()
+            .flat_map(|set| {
+                [a, b].map(|out| {
+                    let mut set = set;
+                    set.set(out, false);
+                    set
+                })
+            })
+            .collect();
+    }
+    sets
+}
+
+/// Constants that a kernel of any features composes with.
+pub fn constants() -> &'static [Constant] {
+    static CONSTANTS: OnceLock<Vec<Constant>> = OnceLock::new();
+    CONSTANTS.get_or_init(|| prepare(&procedural::probes::two_triangles(), &Settings::new(8, 8)).constants())
+}
+
+/// The scenes of assets/, the procedural ones and the general one, by name.
+pub fn shipped_scenes() -> Vec<Scene> {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets"));
+    let mut files: Vec<_> = std::fs::read_dir(folder)
+        .expect("assets/ stands beside tests/")
+        .map(|entry| entry.expect("assets/ can be listed").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "glb" || e == "gltf"))
+        .collect();
+    files.sort();
+    assert!(files.len() > 5, "assets/ is empty");
+    let load = |path: &std::path::PathBuf| {
+        surelight_scene::load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    };
+    let mut scenes: Vec<_> = files.iter().map(load).collect();
+    scenes.extend(procedural::GALLERY.iter().map(|entry| (entry.build)()));
+    scenes.extend(scenes::probes());
+    scenes.push(scenes::with_everything(procedural::cornell_box::cornell_box()));
+    scenes
+}
+
+/// The feature sets that shipped scenes need, each with the scenes and settings that need it.
+pub fn shipped() -> Vec<(Features, Vec<String>)> {
+    let mut sets: BTreeMap<Vec<bool>, (Features, Vec<String>)> = BTreeMap::new();
+    for scene in shipped_scenes() {
+        let plain = Settings::new(8, 8);
+        let settings = [
+            ("", plain.clone()),
+            (" --max-bounces 0", Settings { max_bounces: Some(0), ..plain.clone() }),
+            (" --aperture --max-radiance", Settings { aperture: Some(0.1), max_radiance: Some(1.0), ..plain }),
+        ];
+        for (options, settings) in settings {
+            let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
+            let prepared = Prepared::new(&scene, &camera, &settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+            for items_image in [false, true] {
+                let features = Features { items_image, ..prepared.features };
+                let key = features.list().iter().map(|f| f.1).collect();
+                sets.entry(key).or_insert((features, Vec::new())).1.push(format!("{}{options}", scene.name));
+            }
+        }
+    }
+    sets.into_values().collect()
+}

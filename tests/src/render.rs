@@ -1,0 +1,101 @@
+//! Renders small pictures of scenes, and judges their means.
+
+use std::sync::OnceLock;
+
+use surelight_estimate::{Estimate, sidak_level, z_test};
+use surelight_film::Film;
+use surelight_render::{AdapterChoice, Checks, Device, Prepared, Renderer, Settings};
+use surelight_scene::Scene;
+
+/// Level of every statistical test.
+pub const ALPHA: f64 = 0.01;
+
+/// The device that all tests of a binary share.
+pub fn device() -> &'static Device {
+    static DEVICE: OnceLock<Device> = OnceLock::new();
+    DEVICE.get_or_init(|| {
+        let device = Device::new(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
+        println!("rendered by {}", device.info.name);
+        device
+    })
+}
+
+/// The scene seen by its first camera.
+pub fn prepare(scene: &Scene, settings: &Settings) -> Prepared {
+    Prepared::new(scene, &scene.cameras[0], settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name))
+}
+
+/// A film with `batches` batches of `samples` samples.
+pub fn trace(prepared: &Prepared, size: [u32; 2], batches: u32, samples: u32) -> Film {
+    trace_with(prepared, Checks::default(), size, batches, samples)
+}
+
+/// Likewise, choosing whether the kernel's accesses are checked. Samples lost or cut short are failures.
+pub fn trace_with(prepared: &Prepared, checks: Checks, size: [u32; 2], batches: u32, samples: u32) -> Film {
+    let mut renderer = Renderer::with_checks(device(), prepared, checks).unwrap_or_else(|e| panic!("{e}"));
+    let mut film = Film::new(size[0], size[1]);
+    let mut first = 0;
+    while first < batches {
+        let n = renderer.most_batches().min(batches - first);
+        renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        first += n;
+    }
+    assert_eq!((renderer.counts.dropped, renderer.counts.truncated), (0, 0), "samples were lost");
+    film
+}
+
+/// A scene's picture with the settings given, through its first camera.
+pub fn render(scene: &Scene, settings: &Settings, batches: u32, samples: u32) -> Film {
+    trace(&prepare(scene, settings), [settings.width, settings.height], batches, samples)
+}
+
+/// Mean over some pixels, in one channel.
+///
+/// Pixels have independent samples, so that their variances add up. Their many degrees of freedom make it a known variance.
+pub fn pooled(film: &Film, channel: usize, pixels: impl Iterator<Item = usize>) -> Estimate {
+    let (mut n, mut sum, mut variance, mut dof) = (0.0, 0.0, 0.0, 0.0);
+    for i in pixels {
+        n += 1.0;
+        sum += film.mean(i)[channel];
+        variance += film.variance_of_mean(i).expect("several batches")[channel];
+        dof += film.degrees_of_freedom(i);
+    }
+    Estimate { mean: sum / n, variance: variance / (n * n), dof }
+}
+
+/// All pixels of a film.
+pub fn all(film: &Film) -> std::ops::Range<usize> {
+    0..film.pixels().len()
+}
+
+/// Holds the mean over all pixels against the truth in each channel: a z test at level [`ALPHA`] over all three.
+///
+/// Prints the smallest relative bias that it would have seen 9 times in 10, and fails where that is more than `power`.
+pub fn assert_mean(name: &str, film: &Film, truth: [f64; 3], power: f64) {
+    assert_pooled(name, film, truth, power, |_| true);
+}
+
+/// Likewise over the pixels that `which` keeps.
+pub fn assert_pooled(name: &str, film: &Film, truth: [f64; 3], power: f64, which: impl Fn(usize) -> bool) {
+    let level = sidak_level(ALPHA, 3);
+    for (c, truth) in truth.into_iter().enumerate() {
+        let mean = pooled(film, c, all(film).filter(|&i| which(i)));
+        // Rounding is no bias: half a unit in the last place of each of some sums in f32.
+        let error = mean.variance.sqrt().hypot(1e-7 * truth);
+        let test = z_test(mean.mean, error, truth, level);
+        let detectable = test.detectable / truth;
+        println!(
+            "{name}, channel {c}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would have been seen",
+            mean.mean,
+            test.z,
+            100.0 * detectable
+        );
+        assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be seen, {power:.1e} is asked for");
+        assert!(test.p > level, "{name}: {} ± {error:.1e} instead of {truth}, z = {:.2}", mean.mean, test.z);
+    }
+}
+
+/// Bits of every pixel's mean, for comparison.
+pub fn bits(film: &Film) -> Vec<[u64; 3]> {
+    all(film).map(|i| film.mean(i).map(f64::to_bits)).collect()
+}

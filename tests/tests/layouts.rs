@@ -1,0 +1,59 @@
+//! What the host writes is laid out as the kernels read it: every record's fields, offsets, sizes and span, compared with what
+//! naga finds in the composed shaders, in every feature set that ships.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use surelight_render::{Features, RecordLayout, compose, host_layouts, material_fields};
+use surelight_tests::features::{constants, everything, shipped};
+
+const KERNELS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
+
+/// Fields by name; the host's padding has no counterpart in WGSL.
+fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
+    let of = |name: &String| (layout.offsets[name], layout.sizes[name]);
+    layout.offsets.keys().filter(|n| !n.starts_with("pad")).map(|n| (n.as_str(), of(n))).collect()
+}
+
+/// Compares every record that a composition has; returns the records' names.
+fn compare(features: &Features, what: &str) -> BTreeSet<&'static str> {
+    let mut found = BTreeSet::new();
+    for root in KERNELS {
+        let shader = compose(root, features, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
+        for (name, host) in host_layouts() {
+            let Some(device) = RecordLayout::of(&shader, name) else { continue };
+            assert_eq!(fields(&host), fields(&device), "{name} in {root} of {what}");
+            assert_eq!(host.span, device.span, "span of {name} in {root} of {what}");
+            found.insert(name);
+        }
+        let written: BTreeMap<_, _> = material_fields().into_iter().collect();
+        if let Some(material) = RecordLayout::of(&shader, "Material") {
+            for (field, size) in &material.sizes {
+                assert_eq!(written.get(field.as_str()), Some(size), "Material.{field} in {root} of {what}");
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn in_every_kernel_that_ships() {
+    for (features, scenes) in shipped() {
+        compare(&features, &format!("{scenes:?}"));
+    }
+}
+
+/// In the general kernels every record and every material field is there: a name that only the host knows is a typo.
+#[test]
+fn in_the_general_kernels() {
+    let mut found = BTreeSet::new();
+    let mut read = BTreeSet::new();
+    for features in everything() {
+        found.extend(compare(&features, "everything"));
+        let shader = compose(KERNELS[0], &features, constants()).unwrap_or_else(|e| panic!("{e}"));
+        read.extend(RecordLayout::of(&shader, "Material").expect("kernels have materials").sizes.into_keys());
+    }
+    let missing: Vec<_> = host_layouts().into_iter().map(|l| l.0).filter(|name| !found.contains(name)).collect();
+    assert!(missing.is_empty(), "no kernel has {missing:?}");
+    let unread: Vec<_> = material_fields().into_iter().map(|f| f.0).filter(|name| !read.contains(*name)).collect();
+    assert!(unread.is_empty(), "no kernel has the material fields {unread:?}");
+}
