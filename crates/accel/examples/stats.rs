@@ -1,9 +1,9 @@
 //! Prints what a scene's acceleration structure comes to:
-//! `cargo run --release -p surelight-accel --example stats -- scene.glb [fast|medium|slow] [auto|never]`
+//! `cargo run --release -p surelight-accel --example stats -- scene.glb [fast|medium|slow] [auto|never] [binary|wide]`
 
 use std::{error::Error, path::PathBuf, time::Instant};
 
-use surelight_accel::{Accel, BuildOptions, Instancing, Quality, item};
+use surelight_accel::{Accel, BuildOptions, Instancing, Item, Layout, Quality, item, wide};
 use surelight_scene::{LoadOptions, load};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,6 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             "fast" => options.quality = Quality::Fast,
             "medium" => options.quality = Quality::Medium,
             "slow" => options.quality = Quality::Slow,
+            "binary" => options.layout = Layout::Binary,
+            "wide" => options.layout = Layout::Wide,
             "auto" => options.instancing = Instancing::Auto,
             "never" => options.instancing = Instancing::Never,
             _ => path = Some(PathBuf::from(argument)),
@@ -28,19 +30,23 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let placed = scene.triangle_count();
     let stored = accel.triangles.len();
-    let count = |tag| accel.items.iter().filter(|i| i.tag() == tag).count();
     let bytes = size_of_val(&accel.items[..]) + size_of_val(&accel.triangles[..]) + size_of_val(&accel.instances[..]);
     let s = accel.statistics;
     println!("{}: {options:?}", path.display());
     println!("triangles        {placed} as placed, {stored} stored, {:?}", accel.skipped);
     println!("instances        {} of {}", accel.instances.len(), scene.instances.len());
-    println!(
-        "items            {} ({} nodes, {} triangles, {} instances)",
-        accel.items.len(),
-        count(item::TAG_NODE),
-        count(item::TAG_TRIANGLE),
-        count(item::TAG_INSTANCE)
-    );
+    let count = |kind: &dyn Fn(&Item) -> bool| accel.items.iter().filter(|i| kind(i)).count();
+    let kinds: [usize; 3] = match accel.layout {
+        Layout::Binary => {
+            [item::TAG_NODE, item::TAG_TRIANGLE, item::TAG_INSTANCE].map(|tag| count(&|i| i.tag() == tag))
+        }
+        Layout::Wide => [
+            count(&|i| matches!(wide::kind(i), wide::Kind::Node(_))),
+            count(&|i| wide::kind(i) == wide::Kind::Pair),
+            count(&|i| wide::kind(i) == wide::Kind::Instance),
+        ],
+    };
+    println!("items            {} (nodes, leaf items, instances: {kinds:?})", accel.items.len());
     println!(
         "bytes            {bytes} in all, {:.1} a stored triangle, {:.1} a placed one",
         bytes as f64 / stored.max(1) as f64,

@@ -8,7 +8,7 @@ use surelight_scene::Scene;
 
 use crate::{
     AccelError, Bounds, Item,
-    flatten::binary,
+    flatten::{binary, wide},
     forest::Forest,
     placement::{self, Placement},
 };
@@ -38,6 +38,16 @@ pub enum Instancing {
     Always,
 }
 
+/// Which format the items have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Two boxes a node, one triangle an item: [`crate::item`].
+    #[default]
+    Binary,
+    /// Four boxes a node in 8 bits a side, two triangles an item: [`crate::wide`].
+    Wide,
+}
+
 /// Choices of [`Accel::build`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
@@ -45,6 +55,8 @@ pub struct BuildOptions {
     pub quality: Quality,
     /// Which meshes are placed as instances.
     pub instancing: Instancing,
+    /// Which format the items have.
+    pub layout: Layout,
 }
 
 /// Where a triangle of the item stream comes from.
@@ -106,14 +118,16 @@ pub struct Statistics {
 /// Trees over a scene, flattened for the kernel.
 #[derive(Clone, Debug)]
 pub struct Accel {
-    /// The stream; see [`crate::item`]. Item 0 is the root.
+    /// Which format the items have.
+    pub layout: Layout,
+    /// The stream; see [`crate::item`] and [`crate::wide`]. Item 0 is the root.
     pub items: Vec<Item>,
     /// By prim id. Ids ascend along the stream.
     pub triangles: Vec<TriangleSource>,
     /// By instance index; empty when everything is copied.
     pub instances: Vec<InstanceRecord>,
-    /// Most entries that a walk pushes which keeps at most one child a node, plus one to mark the way out of an instance.
-    /// At most [`MOST_STACK`].
+    /// Most entries that a walk pushes which keeps one a node, plus one to mark the way out of an instance. At most
+    /// [`crate::MOST_STACK`].
     pub stack_depth: u32,
     /// Around everything that can be hit, in camera space; empty when nothing can.
     pub bounds: Bounds,
@@ -139,10 +153,13 @@ impl Accel {
         });
         let placed_at = Instant::now();
 
-        let forest = Forest::build(&placed, options.quality)?;
+        let forest = Forest::build(&placed, options)?;
         let built_at = Instant::now();
 
-        let flat = binary::flatten(&placed, &forest);
+        let flat = match options.layout {
+            Layout::Binary => binary::flatten(&placed, &forest),
+            Layout::Wide => wide::flatten(&placed, &forest),
+        };
         let statistics = Statistics {
             sah: flat.sah,
             place: placed_at - start,
@@ -154,7 +171,8 @@ impl Accel {
             items: flat.items,
             triangles: flat.triangles,
             instances,
-            stack_depth: forest.stack_depth(),
+            stack_depth: flat.depth,
+            layout: options.layout,
             bounds: forest.bounds(),
             skipped,
             origin,

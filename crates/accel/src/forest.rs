@@ -5,10 +5,10 @@ use obvhs::{aabb::Aabb, bvh2::node::Bvh2Node, splits::split_aabbs_preset};
 use rayon::prelude::*;
 
 use crate::{
-    AccelError, Bounds, MOST_STACK, Quality,
-    item::MAX_ITEMS,
+    AccelError, Bounds, BuildOptions, Layout, MOST_STACK, Quality, item,
     placement::{Placed, Placement, Soup},
     tree::{self, Tree},
+    wide,
 };
 
 /// Depth that either tree is cut to when the two together are too deep for the stack: 30 + 1 + 30 ≤ 62, and 2^30 leaves
@@ -18,7 +18,7 @@ const BOUNDED_LEVELS: u32 = 30;
 const FITTED_BOXES: usize = 64;
 
 pub(crate) struct Forest {
-    /// Primitives are the world's triangles by index, then the placements: `triangles + k` is `placements[k]`.
+    /// Primitives are the leaves of the world's soup by index, then the placements: `leaves + k` is `placements[k]`.
     pub(crate) top: Tree,
     /// One for each mesh that is placed as instances; empty where no triangle of it is sound.
     pub(crate) meshes: Vec<Tree>,
@@ -28,7 +28,8 @@ pub(crate) struct Forest {
 }
 
 impl Forest {
-    pub(crate) fn build(placed: &Placed, quality: Quality) -> Result<Self, AccelError> {
+    pub(crate) fn build(placed: &Placed, options: &BuildOptions) -> Result<Self, AccelError> {
+        let quality = options.quality;
         let mesh_shapes: Vec<Shapes> = placed
             .meshes
             .par_iter()
@@ -41,13 +42,17 @@ impl Forest {
         // A tree of n leaves has n − 1 nodes, or one where n is 1; an empty scene has one.
         let leaves = |s: &Shapes| s.boxes.len() as u64;
         let total = mesh_shapes.iter().map(leaves).sum::<u64>() + leaves(&shapes) + placed.placements.len() as u64;
-        refuse_excess(2 * total + 1)?;
+        let limit = match options.layout {
+            Layout::Binary => item::MAX_ITEMS,
+            Layout::Wide => wide::MAX_ITEMS,
+        };
+        refuse_excess(2 * total + 1, limit)?;
 
         let mut meshes: Vec<Tree> =
             mesh_shapes.par_iter().map(|s| tree::build(&s.boxes, &s.indices, quality, MOST_STACK)).collect();
         let placements = fit_placements(placed, &meshes, &shapes);
         shapes.boxes.extend(placements.iter().map(|p| p.1.to_aabb()));
-        let first = placed.world.triangles.len() as u32;
+        let first = placed.world.leaves() as u32;
         shapes.indices.extend((0..placements.len() as u32).map(|k| first + k));
         let mut top = tree::build(&shapes.boxes, &shapes.indices, quality, MOST_STACK);
 
@@ -89,7 +94,12 @@ struct Shapes {
 
 impl Shapes {
     fn of(soup: &Soup, quality: Quality, mesh_reach: f32) -> Self {
-        let mut indices: Vec<u32> = (0..soup.triangles.len() as u32).collect();
+        let mut indices: Vec<u32> = (0..soup.leaves() as u32).collect();
+        if !soup.pairs.is_empty() {
+            let bounds = |i: u32| soup.triangles.get(i as usize).map_or(Bounds::EMPTY, |t| t.bounds(mesh_reach));
+            let boxes = soup.pairs.par_iter().map(|&[a, b]| bounds(a).union(bounds(b)).to_aabb()).collect();
+            return Self { boxes, indices };
+        }
         if quality != Quality::Slow || soup.triangles.is_empty() {
             let boxes = soup.triangles.par_iter().map(|t| t.bounds(mesh_reach).to_aabb()).collect();
             return Self { boxes, indices };
@@ -99,7 +109,7 @@ impl Shapes {
             .triangles
             .par_iter()
             .map(|t| {
-                let [v0, v1, v2] = t.corners().map(Vec3A::from);
+                let [v0, v1, v2] = t.0.map(Vec3A::from);
                 obvhs::triangle::Triangle { v0, v1, v2 }
             })
             .collect();
@@ -117,9 +127,9 @@ impl Shapes {
     }
 }
 
-fn refuse_excess(needed: u64) -> Result<(), AccelError> {
-    if needed > MAX_ITEMS {
-        return Err(AccelError::TooManyItems { needed, limit: MAX_ITEMS });
+fn refuse_excess(needed: u64, limit: u64) -> Result<(), AccelError> {
+    if needed > limit {
+        return Err(AccelError::TooManyItems { needed, limit });
     }
     Ok(())
 }
@@ -184,8 +194,9 @@ mod tests {
 
     #[test]
     fn too_many_items_are_refused_with_figures() {
-        assert_eq!(refuse_excess(MAX_ITEMS), Ok(()));
-        let error = refuse_excess(MAX_ITEMS + 1).unwrap_err();
+        let limit = item::MAX_ITEMS;
+        assert_eq!(refuse_excess(limit, limit), Ok(()));
+        let error = refuse_excess(limit + 1, limit).unwrap_err();
         assert_eq!(error, AccelError::TooManyItems { needed: (1 << 28) + 1, limit: 1 << 28 });
         assert!(error.to_string().contains("268435457") && error.to_string().contains("17 GiB"), "{error}");
     }

@@ -68,11 +68,12 @@ impl Item {
 
     pub(crate) fn triangle(t: &Triangle, prim: u32, more: bool) -> Self {
         let mut w = [0; 16];
-        put(&mut w, 0, t.v0);
-        put(&mut w, 4, t.e1);
-        put(&mut w, 8, t.e2);
+        let [e1, e2] = t.edges();
+        put(&mut w, 0, t.0[0]);
+        put(&mut w, 4, e1);
+        put(&mut w, 8, e2);
         let slack = 16.0 / (1 << 24) as f32;
-        let (a, b) = (t.e1.length(), t.e2.length());
+        let (a, b) = (e1.length(), e2.length());
         w[3] = prim;
         w[7] = (slack * b).to_bits();
         w[11] = (slack * a).to_bits();

@@ -31,19 +31,24 @@
 
 pub mod item;
 pub mod oracle;
+pub mod wide;
 
 mod accel;
 mod bounds;
 mod error;
 mod flatten;
 mod forest;
+mod pairing;
 mod placement;
 mod topdown;
 mod tree;
 mod triangle;
 mod walk;
+mod walk_wide;
 
-pub use accel::{Accel, BuildOptions, InstanceRecord, Instancing, Quality, Skipped, Statistics, TriangleSource};
+pub use accel::{
+    Accel, BuildOptions, InstanceRecord, Instancing, Layout, Quality, Skipped, Statistics, TriangleSource,
+};
 pub use bounds::Bounds;
 pub use error::AccelError;
 pub use item::Item;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use surelight_scene::{Instance, Mesh, Scene};
 
 use crate::{
-    AccelError, BuildOptions, Instancing, NO_INSTANCE, Skipped, TriangleSource,
+    AccelError, BuildOptions, Instancing, Layout, NO_INSTANCE, Skipped, TriangleSource, pairing,
     triangle::{Defect, Triangle},
 };
 
@@ -21,11 +21,26 @@ const MOST_CONDITION: f64 = 1e4;
 pub(crate) struct Soup {
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) sources: Vec<TriangleSource>,
+    /// Leaves of one or two triangles for the wide layout; empty when each triangle is a leaf of its own.
+    pub(crate) pairs: Vec<[u32; 2]>,
     pub(crate) skipped: Skipped,
 }
 
 impl Soup {
+    /// How many boxes a tree is built over.
+    pub(crate) fn leaves(&self) -> usize {
+        if self.pairs.is_empty() { self.triangles.len() } else { self.pairs.len() }
+    }
+
+    fn pair(&mut self, welded: &[u32]) {
+        let corners: Vec<[u32; 3]> = self.sources.iter().map(|s| s.corners.map(|i| welded[i as usize])).collect();
+        self.pairs = pairing::pairs(&self.triangles, &corners, welded.len());
+    }
+
     fn append(&mut self, mut other: Soup) {
+        let first = self.triangles.len() as u32;
+        let shift = |i: u32| if i == pairing::ALONE { i } else { i + first };
+        self.pairs.extend(other.pairs.iter().map(|p| p.map(shift)));
         self.triangles.append(&mut other.triangles);
         self.sources.append(&mut other.sources);
         self.skipped += other.skipped;
@@ -135,15 +150,26 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
         }
     }
 
+    let wide = options.layout == Layout::Wide;
+    let welded: Vec<Vec<u32>> = scene
+        .meshes
+        .par_iter()
+        .zip(&uses)
+        .map(|(mesh, &uses)| if wide && uses > 0 { pairing::welded(&mesh.positions) } else { Vec::new() })
+        .collect();
     let meshes = mesh_of_slot
         .par_iter()
         .map(|&m| {
             let mesh = &scene.meshes[m];
-            Soup::gather(mesh, &mesh.positions, false, |corners| TriangleSource {
+            let mut soup = Soup::gather(mesh, &mesh.positions, false, |corners| TriangleSource {
                 mesh: m as u32,
                 corners,
                 instance: NO_INSTANCE,
-            })
+            });
+            if wide {
+                soup.pair(&welded[m]);
+            }
+            soup
         })
         .collect();
     let parts: Vec<Soup> = copied
@@ -157,7 +183,12 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
                 .map(|p| to_world.transform_point3(p.as_dvec3()).as_vec3())
                 .collect();
             let flip = to_world.matrix3.determinant() < 0.0;
-            Soup::gather(mesh, &positions, flip, |corners| TriangleSource { mesh: m as u32, corners, instance })
+            let mut soup =
+                Soup::gather(mesh, &positions, flip, |corners| TriangleSource { mesh: m as u32, corners, instance });
+            if wide {
+                soup.pair(&welded[m]);
+            }
+            soup
         })
         .collect();
     let mut world = Soup::default();

@@ -7,13 +7,9 @@ use crate::Bounds;
 /// Coordinates beyond this are treated as not finite: areas and determinants of such triangles overflow f32.
 pub const COORDINATE_LIMIT: f32 = 1e18;
 
-/// A triangle as the kernel tests it, all in f32: the corner v0 and the edges e1 = v1 − v0, e2 = v2 − v0.
+/// A sound triangle in f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Triangle {
-    pub(crate) v0: Vec3,
-    pub(crate) e1: Vec3,
-    pub(crate) e2: Vec3,
-}
+pub(crate) struct Triangle(pub(crate) [Vec3; 3]);
 
 /// Why a triangle is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,28 +24,32 @@ impl Triangle {
         if [v0, v1, v2].iter().any(|v| !v.abs().cmple(Vec3::splat(COORDINATE_LIMIT)).all()) {
             return Err(Defect::NonFinite);
         }
-        let (e1, e2) = (v1 - v0, v2 - v0);
+        let triangle = Self([v0, v1, v2]);
+        let [e1, e2] = triangle.edges();
         // Products of f32 are exact in f64, so this is zero only when the rounded edges really are parallel.
         if e1.as_dvec3().cross(e2.as_dvec3()) == glam::DVec3::ZERO {
             return Err(Defect::ZeroArea);
         }
-        Ok(Self { v0, e1, e2 })
+        Ok(triangle)
     }
 
-    pub(crate) fn corners(&self) -> [Vec3; 3] {
-        [self.v0, self.v0 + self.e1, self.v0 + self.e2]
+    /// v1 − v0 and v2 − v0, rounded as the kernel sees them.
+    pub(crate) fn edges(&self) -> [Vec3; 2] {
+        let [v0, v1, v2] = self.0;
+        [v1 - v0, v2 - v0]
     }
 
     /// How far a box stands off the corners, per axis: they are rebuilt from rounded edges (2^-24 of an edge), and the
     /// slab test rounds for a ray from about the origin by a few 2^-24 of the distance. `reach` is that distance. Larger
     /// than 0 on every axis, so that no face of a box touches what is in it.
     pub(crate) fn margin(&self, reach: f32) -> Vec3 {
-        (self.e1.abs() + self.e2.abs()) / (1 << 22) as f32 + reach / (1 << 22) as f32
+        let [e1, e2] = self.edges();
+        (e1.abs() + e2.abs()) / (1 << 22) as f32 + reach / (1 << 22) as f32
     }
 
     /// The box without any margin.
     pub(crate) fn tight(&self) -> Bounds {
-        let [a, b, c] = self.corners();
+        let [a, b, c] = self.0;
         Bounds { lo: a.min(b).min(c), hi: a.max(b).max(c) }
     }
 

@@ -3,21 +3,21 @@
 use glam::Vec3;
 
 use crate::{
-    Accel, Bounds, Item,
+    Accel, Bounds, Item, Layout,
     item::{TAG_NODE, TAG_TRIANGLE},
 };
 
 /// Factor on the far distance of a slab test, 1 + 2^-20; see the crate's documentation.
 pub const SLAB_PADDING: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 /// Direction components nearer to 0 are moved out to this before their reciprocal is taken.
-pub const LEAST_DIRECTION: f32 = f32::from_bits(27 << 23); // 2^-100
+pub const LEAST_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
 /// What the sum of two barycentric weights and its comparison with 1 may be off by: 2^-22.
 pub const SUM_SLACK: f32 = 1.0 / (1 << 22) as f32;
 /// Stack entries that a walk must have room for.
 pub const MOST_STACK: u32 = 62;
 
 /// Marks on the stack where an instance was entered. No item has this index.
-const LEAVE_INSTANCE: u32 = u32::MAX;
+pub(crate) const LEAVE_INSTANCE: u32 = u32::MAX;
 
 /// A ray in camera space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +124,13 @@ impl Accel {
     }
 
     fn walk(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
+        match self.layout {
+            Layout::Binary => self.walk_binary(ray, any),
+            Layout::Wide => self.walk_wide(ray, any),
+        }
+    }
+
+    fn walk_binary(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
         let world = Local::new(ray.origin, ray.direction);
         let mut local = world;
         let mut instance = crate::NO_INSTANCE;

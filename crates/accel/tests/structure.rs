@@ -5,8 +5,9 @@ mod common;
 use common::{Rng, build, lone, scene, soup, sphere};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use surelight_accel::{
-    Accel, AccelError, Bounds, BuildOptions, Instancing, NO_INSTANCE, Quality, Skipped,
+    Accel, AccelError, Bounds, BuildOptions, Instancing, Layout, NO_INSTANCE, Quality, Skipped,
     item::{TAG_INSTANCE, TAG_NODE, TAG_TRIANGLE},
+    wide,
 };
 use surelight_scene::{Mesh, Scene};
 
@@ -96,6 +97,108 @@ fn corners_are_inside(accel: &Accel) {
     }
 }
 
+/// The wide format: follows every reference once, checks that what lies below a child is inside its planes in exact
+/// arithmetic, and returns how often each prim id was met.
+fn inspect_wide(accel: &Accel) -> Vec<u32> {
+    let mut uses = vec![0; accel.triangles.len()];
+    let mut reached = vec![false; accel.items.len()];
+    let mut roots = vec![0];
+    let mut depths = Vec::new();
+    while let Some(root) = roots.pop() {
+        if !reached[root as usize] {
+            let mut deepest = 0;
+            inspect_wide_item(accel, root, &mut uses, &mut reached, &mut roots, 0, &mut deepest);
+            depths.push(deepest);
+        }
+    }
+    assert!(reached.iter().all(|&r| r), "an item is not part of any tree");
+    let inner = depths[1..].iter().max().map_or(0, |d| d + 1);
+    assert!(depths[0] + inner <= accel.stack_depth, "{depths:?}, {} stated", accel.stack_depth);
+    uses
+}
+
+/// Returns the box of the vertices below, in f64; instances count as nothing.
+fn inspect_wide_item(
+    accel: &Accel,
+    at: u32,
+    uses: &mut [u32],
+    reached: &mut [bool],
+    roots: &mut Vec<u32>,
+    depth: u32,
+    deepest: &mut u32,
+) -> [DVec3; 2] {
+    assert!(!std::mem::replace(&mut reached[at as usize], true), "item {at} is reached twice");
+    let item = &accel.items[at as usize];
+    let mut all = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    match wide::kind(item) {
+        wide::Kind::Node(count) => {
+            *deepest = (*deepest).max(depth + 1);
+            for c in 0..count {
+                let below = inspect_wide_item(accel, item.0[4] + c, uses, reached, roots, depth + 1, deepest);
+                let planes = wide::child_planes(item, c as usize);
+                assert!(planes[0].cmplt(below[0]).all() && planes[1].cmpgt(below[1]).all(), "{planes:?} {below:?}");
+                all = [all[0].min(below[0]), all[1].max(below[1])];
+            }
+        }
+        wide::Kind::Pair => {
+            for k in [12, 13] {
+                uses[item.0[k] as usize] += if item.0[12] == item.0[13] && k == 13 { 0 } else { 1 };
+            }
+            for v in [0, 3, 6, 9].map(|w| item.vec3(w).as_dvec3()) {
+                all = [all[0].min(v), all[1].max(v)];
+            }
+        }
+        wide::Kind::Instance => {
+            let record = &accel.instances[item.0[14] as usize].to_object;
+            for (k, value) in record.iter().enumerate() {
+                assert_eq!(item.0[if k == 11 { 12 } else { k }], value.to_bits());
+            }
+            roots.push(item.0[13]);
+        }
+    }
+    all
+}
+
+/// Each triangle of a wide stream has the corners that its source names.
+fn vertices_are_those_of_the_scene(accel: &Accel, scene: &Scene) {
+    for item in accel.items.iter().filter(|i| wide::kind(i) == wide::Kind::Pair) {
+        for (word, vertices) in [(12, [0, 3, 6]), (13, [9, 6, 3])] {
+            let source = accel.triangles[item.0[word] as usize];
+            if word == 12 || item.0[12] != item.0[13] {
+                let positions = source.corners.map(|i| scene.meshes[source.mesh as usize].positions[i as usize]);
+                assert_eq!(positions, vertices.map(|w| item.vec3(w)));
+            }
+        }
+    }
+}
+
+#[test]
+fn wide_streams_are_well_formed() {
+    for (seed, n) in [(1, 0), (2, 1), (3, 2), (4, 3), (5, 5), (6, 17), (7, 3000)] {
+        let mut rng = Rng::new(seed);
+        let mut mesh = soup(&mut rng, n, 0.1);
+        if n > 100 {
+            // Something to pair up: a sphere beside the soup.
+            let ball = sphere(20, 30);
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(&ball.positions);
+            mesh.triangles.extend(ball.triangles.iter().map(|t| t.map(|i| i + first)));
+        }
+        let count = mesh.triangles.len();
+        let scene = lone(mesh);
+        for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
+            for instancing in [Instancing::Never, Instancing::Always] {
+                let accel = build(&scene, &BuildOptions { quality, instancing, layout: Layout::Wide });
+                let uses = inspect_wide(&accel);
+                assert!(uses.len() == count && uses.iter().all(|&u| u == 1), "{n}: each triangle once");
+                vertices_are_those_of_the_scene(&accel, &scene);
+                let pairs = accel.items.iter().filter(|i| wide::kind(i) == wide::Kind::Pair).count();
+                assert!(n <= 100 || pairs < count - 500, "{pairs} leaves of {count} triangles");
+            }
+        }
+    }
+}
+
 #[test]
 fn streams_are_well_formed() {
     for (seed, n) in [(1, 0), (2, 1), (3, 2), (4, 3), (5, 4), (6, 17), (7, 3000)] {
@@ -103,7 +206,7 @@ fn streams_are_well_formed() {
         let scene = lone(soup(&mut rng, n, 0.1));
         for quality in [Quality::Fast, Quality::Medium] {
             for instancing in [Instancing::Never, Instancing::Always] {
-                let accel = build(&scene, &BuildOptions { quality, instancing });
+                let accel = build(&scene, &BuildOptions { quality, instancing, layout: Layout::Binary });
                 let uses = inspect(&accel);
                 assert!(uses.len() == n && uses.iter().all(|&u| u == 1), "{n}: each triangle once");
                 corners_are_inside(&accel);
@@ -123,8 +226,13 @@ fn an_empty_scene_is_one_node_that_nothing_hits() {
     nothing_sound.positions.fill(Vec3::splat(f32::NAN));
     let broken = lone(nothing_sound);
     for scene in [&Scene::default(), &lone(Mesh::default()), &broken] {
-        for instancing in [Instancing::Auto, Instancing::Always] {
-            let accel = build(scene, &BuildOptions { instancing, ..BuildOptions::default() });
+        for (instancing, layout) in [
+            (Instancing::Auto, Layout::Binary),
+            (Instancing::Always, Layout::Binary),
+            (Instancing::Auto, Layout::Wide),
+            (Instancing::Always, Layout::Wide),
+        ] {
+            let accel = build(scene, &BuildOptions { instancing, layout, ..BuildOptions::default() });
             assert!(!accel.items.is_empty() && accel.triangles.is_empty() && accel.instances.is_empty());
             let mut rng = Rng::new(7);
             for k in 0..1000 {

@@ -1,22 +1,17 @@
 //! The plain format of [`crate::item`]: two children's boxes in a node, leaves of up to two triangles, depth first.
 
 use crate::{
-    Bounds, Item, TriangleSource,
+    Bounds, Item,
     accel::rows,
+    flatten::Flat,
     forest::{Forest, bounds_of},
     item::MORE,
     placement::{Placed, Soup},
     tree::Tree,
 };
 
-pub(crate) struct Flat {
-    pub(crate) items: Vec<Item>,
-    pub(crate) triangles: Vec<TriangleSource>,
-    pub(crate) sah: f64,
-}
-
 pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
-    let mut out = Flat { items: Vec::new(), triangles: Vec::new(), sah: 0.0 };
+    let mut out = Flat { depth: forest.stack_depth(), ..Flat::default() };
     let leaves: usize = placed.meshes.iter().map(|s| s.triangles.len()).sum();
     out.items.reserve(2 * (leaves + placed.world.triangles.len() + forest.placements.len()) + 1);
     out.triangles.reserve(leaves + placed.world.triangles.len());

@@ -1,0 +1,204 @@
+//! A binary tree opened to four children a node and written in the format of [`crate::wide`].
+//!
+//! Which nodes stay is chosen for the least Σ area over all ways to do it, by dynamic programming from the leaves up
+//! (Wald, Benthin and Boulos 2008; Ylitie, Karras and Laine 2017, section 3): `cost(n, k)` is the least cost of
+//! subtree n as at most k children of some node.
+
+use glam::Vec3;
+
+use crate::{
+    Bounds, Item,
+    accel::rows,
+    flatten::Flat,
+    forest::{Forest, bounds_of},
+    pairing::ALONE,
+    placement::{Placed, Soup},
+    tree::Tree,
+    wide,
+};
+
+pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
+    let mut out = Flat::default();
+    let leaves: usize = placed.meshes.iter().map(Soup::leaves).sum::<usize>() + placed.world.leaves();
+    out.items.reserve(leaves + leaves / 2 + 2 * forest.placements.len() + 2);
+
+    let roots = |items: &mut Vec<Item>| {
+        let root = items.len() as u32;
+        items.push(Item::default());
+        root
+    };
+    let top = {
+        let root = roots(&mut out.items);
+        let placement = |k: u32| {
+            let p = &placed.placements[forest.placements[k as usize].0];
+            // The root item of the mesh is not known yet: its number stands in until it is.
+            wide::instance(&rows(&p.to_object), p.mesh as u32, k)
+        };
+        let mut writer = Writer::new(&mut out, &forest.top, &placed.world, &placement);
+        writer.root(root);
+        let area = f64::from(forest.bounds().half_area());
+        let (cost, depth) = (writer.cost, writer.depth);
+        out.sah = if area > 0.0 { cost / area } else { 0.0 };
+        depth
+    };
+    let top_end = out.items.len();
+    let mut inner = 0;
+    let mut root_of = Vec::new();
+    for (tree, soup) in forest.meshes.iter().zip(&placed.meshes) {
+        root_of.push(out.items.len() as u32);
+        if !tree.nodes.is_empty() {
+            let root = roots(&mut out.items);
+            let mut writer = Writer::new(&mut out, tree, soup, &|_| Item::default());
+            writer.root(root);
+            // One more for the way out of the instance.
+            inner = inner.max(writer.depth + 1);
+        }
+    }
+    for item in &mut out.items[..top_end] {
+        if wide::kind(item) == wide::Kind::Instance {
+            item.0[13] = root_of[item.0[13] as usize];
+        }
+    }
+    out.depth = top + inner;
+    out
+}
+
+struct Writer<'a> {
+    out: &'a mut Flat,
+    tree: &'a Tree,
+    soup: &'a Soup,
+    placement: &'a dyn Fn(u32) -> Item,
+    /// How to open each node of the binary tree into 1 to 4 parts: children of the left side, 0 for "as for one less".
+    ways: Vec<[u8; 4]>,
+    cost: f64,
+    /// Most nodes on a path.
+    depth: u32,
+}
+
+impl<'a> Writer<'a> {
+    fn new(out: &'a mut Flat, tree: &'a Tree, soup: &'a Soup, placement: &'a dyn Fn(u32) -> Item) -> Self {
+        Self { out, tree, soup, placement, ways: vec![[0; 4]; tree.nodes.len()], cost: 0.0, depth: 1 }
+    }
+
+    fn root(&mut self, slot: u32) {
+        match self.tree.nodes.first().map(|n| n.is_leaf()) {
+            None => self.out.items[slot as usize] = wide::node(&[], 0),
+            Some(true) => self.group(slot, &[0], 1),
+            Some(false) => {
+                self.plan(0);
+                self.node(slot, 0, 1);
+            }
+        }
+    }
+
+    fn bounds(&self, index: u32) -> Bounds {
+        bounds_of(&self.tree.nodes[index as usize])
+    }
+
+    /// Least costs as 1, 2, 3 and 4 parts. Recursion is as deep as the tree, which is bounded.
+    fn plan(&mut self, index: u32) -> [f32; 4] {
+        let node = self.tree.nodes[index as usize];
+        let area = bounds_of(&node).half_area();
+        if node.is_leaf() {
+            return [area; 4];
+        }
+        let (left, right) = (self.plan(node.first_index), self.plan(node.first_index + 1));
+        let best = |parts: usize| {
+            (1..parts)
+                .map(|k| (left[k - 1] + right[parts - k - 1], k as u8))
+                .fold((f32::INFINITY, 1), |a, b| if b.0 < a.0 { b } else { a })
+        };
+        let (opened, way) = best(4);
+        let mut costs = [area + opened; 4];
+        let mut ways = [way, 0, 0, 0];
+        for parts in 2..=4 {
+            let (cost, way) = best(parts);
+            costs[parts - 1] = costs[parts - 2];
+            if cost < costs[parts - 1] {
+                costs[parts - 1] = cost;
+                ways[parts - 1] = way;
+            }
+        }
+        self.ways[index as usize] = ways;
+        costs
+    }
+
+    /// The parts of subtree `index` when it may be up to `parts` of them.
+    fn parts(&self, index: u32, parts: usize, out: &mut Vec<u32>) {
+        let node = &self.tree.nodes[index as usize];
+        let way = usize::from(self.ways[index as usize][parts - 1]);
+        if node.is_leaf() || parts == 1 {
+            out.push(index);
+        } else if way == 0 {
+            self.parts(index, parts - 1, out);
+        } else {
+            self.parts(node.first_index, way, out);
+            self.parts(node.first_index + 1, parts - way, out);
+        }
+    }
+
+    fn node(&mut self, slot: u32, index: u32, depth: u32) {
+        let first = self.tree.nodes[index as usize].first_index;
+        let way = usize::from(self.ways[index as usize][0]);
+        let mut children = Vec::with_capacity(4);
+        self.parts(first, way, &mut children);
+        self.parts(first + 1, 4 - way, &mut children);
+        self.cost += f64::from(self.bounds(index).half_area());
+        self.group(slot, &children, depth);
+    }
+
+    /// Writes a node at `slot` and its children behind everything written so far.
+    fn group(&mut self, slot: u32, children: &[u32], depth: u32) {
+        self.depth = self.depth.max(depth);
+        let base = self.out.items.len() as u32;
+        let boxes: Vec<Bounds> = children.iter().map(|&c| self.bounds(c)).collect();
+        self.out.items[slot as usize] = wide::node(&boxes, base);
+        self.out.items.resize(base as usize + children.len(), Item::default());
+        // Leaves first, so that prim ids ascend along the stream.
+        for (item, &child) in (base..).zip(children) {
+            let node = self.tree.nodes[child as usize];
+            if node.is_leaf() {
+                self.cost += f64::from(bounds_of(&node).half_area());
+                self.out.items[item as usize] = self.leaf(node.first_index);
+            }
+        }
+        for (item, &child) in (base..).zip(children) {
+            if !self.tree.nodes[child as usize].is_leaf() {
+                self.node(item, child, depth + 1);
+            }
+        }
+    }
+
+    fn leaf(&mut self, index: u32) -> Item {
+        if let Some(k) = index.checked_sub(self.soup.leaves() as u32) {
+            return (self.placement)(k);
+        }
+        let [a, b] = self.soup.pairs[index as usize];
+        let of = |t: u32| (self.soup.triangles[t as usize].0, self.soup.sources[t as usize]);
+        let (mut va, mut source) = of(a);
+        if b == ALONE {
+            let prim = self.prim(source);
+            return wide::pair([va[0], va[1], va[2], va[2]], [prim; 2]);
+        }
+        let (mut vb, mut other) = of(b);
+        // Turn both until the common edge is A's second, v1 to v2, and B's second backwards.
+        let ends = |v: &[Vec3; 3], k: usize| [v[(k + 1) % 3], v[(k + 2) % 3]];
+        let turn = (0..9).find(|k| {
+            let [p, q] = ends(&va, k / 3);
+            ends(&vb, k % 3) == [q, p]
+        });
+        // Pairs are made along such an edge, so one is always found.
+        let turn = turn.unwrap_or(0);
+        va.rotate_left(turn / 3);
+        source.corners.rotate_left(turn / 3);
+        vb.rotate_left(turn % 3);
+        other.corners.rotate_left(turn % 3);
+        let prims = [self.prim(source), self.prim(other)];
+        wide::pair([va[0], va[1], va[2], vb[0]], prims)
+    }
+
+    fn prim(&mut self, source: crate::TriangleSource) -> u32 {
+        self.out.triangles.push(source);
+        self.out.triangles.len() as u32 - 1
+    }
+}

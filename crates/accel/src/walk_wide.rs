@@ -1,0 +1,212 @@
+//! The walk over the wide format on the CPU, in the order of operations that a kernel uses; see [`crate::wide`].
+
+use glam::Vec3;
+
+use crate::{
+    Accel, Hit, Item, MOST_STACK, NO_INSTANCE, Ray, safe_reciprocal,
+    walk::LEAVE_INSTANCE,
+    wide::{Kind, SLAB_PADDING, kind, step},
+};
+
+/// A child that is not entered, in the list of those that are.
+const MISS: u32 = u32::MAX;
+
+/// A ray as one level of the tree sees it.
+#[derive(Clone, Copy)]
+struct Local {
+    origin: Vec3,
+    direction: Vec3,
+    reciprocal: Vec3,
+    /// Rows of the map that takes the direction to (0, 0, 1).
+    x: Vec3,
+    y: Vec3,
+    z: Vec3,
+}
+
+impl Local {
+    fn new(origin: Vec3, direction: Vec3) -> Self {
+        let reciprocal = safe_reciprocal(direction);
+        let a = direction.abs();
+        // A shear along the greatest component keeps the other two coordinates as they are.
+        let (x, y, z) = if a.z >= a.x && a.z >= a.y {
+            let s = -direction * reciprocal.z;
+            (Vec3::new(1.0, 0.0, s.x), Vec3::new(0.0, 1.0, s.y), Vec3::new(0.0, 0.0, reciprocal.z))
+        } else if a.y >= a.x {
+            let s = -direction * reciprocal.y;
+            (Vec3::new(0.0, s.z, 1.0), Vec3::new(1.0, s.x, 0.0), Vec3::new(0.0, reciprocal.y, 0.0))
+        } else {
+            let s = -direction * reciprocal.x;
+            (Vec3::new(s.y, 1.0, 0.0), Vec3::new(s.z, 0.0, 1.0), Vec3::new(reciprocal.x, 0.0, 0.0))
+        };
+        Self { origin, direction, reciprocal, x, y, z }
+    }
+
+    /// Distance at which each child is entered.
+    fn enter(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
+        let r = self.reciprocal;
+        let m = step(item) * r;
+        let n = (item.vec3(0) - self.origin) * r;
+        // Near and far words by the sign bit, which −0 has too.
+        let words = |axis: usize| {
+            let (lo, hi) = (item.0[5 + axis], item.0[8 + axis]);
+            if r[axis].is_sign_negative() { [hi, lo] } else { [lo, hi] }
+        };
+        let words = [words(0), words(1), words(2)];
+        let mut out = [None; 4];
+        for (c, entry) in out.iter_mut().enumerate().take(count as usize) {
+            let t = |side: usize, axis: usize| f32::from(words[axis][side].to_le_bytes()[c]) * m[axis] + n[axis];
+            let near = t(0, 0).max(t(0, 1)).max(t(0, 2)).max(t_min);
+            let far = (t(1, 0).min(t(1, 1)).min(t(1, 2)) * SLAB_PADDING).min(t_max);
+            *entry = (near <= far).then_some(near);
+        }
+        out
+    }
+
+    /// Nearest hit of a pair: distance, weights of the second and third corner, and which triangle.
+    fn hit(&self, item: &Item, t_min: f32, t_max: f32) -> Option<(f32, f32, f32, usize)> {
+        let [p0, p1, p2, p3] = [0, 3, 6, 9].map(|w| {
+            let a = item.vec3(w) - self.origin;
+            Vec3::new(a.dot(self.x), a.dot(self.y), a.dot(self.z))
+        });
+        let edge = |p: Vec3, q: Vec3| p.x * q.y - q.x * p.y;
+        let common = edge(p1, p2);
+        let mut best: Option<(f32, f32, f32, usize)> = None;
+        let triangles = [
+            ([p0, p1, p2], [common, edge(p2, p0), edge(p0, p1)]),
+            ([p3, p2, p1], [-common, edge(p1, p3), edge(p3, p2)]),
+        ];
+        for (k, (p, [a, b, c])) in triangles.into_iter().enumerate() {
+            let sum = a + b + c;
+            let inside = a.min(b).min(c) >= 0.0 || a.max(b).max(c) <= 0.0;
+            if inside && sum != 0.0 {
+                let inverse = 1.0 / sum;
+                let (b0, b1, b2) = (a * inverse, b * inverse, c * inverse);
+                let t = b0 * p[0].z + b1 * p[1].z + b2 * p[2].z;
+                if t > t_min && t < best.map_or(t_max, |h| h.0) {
+                    best = Some((t, b1, b2, k));
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The children still to be visited, as a stack entry; `order` is sorted, [`MISS`] last.
+fn entry(base: u32, order: [u32; 3]) -> u32 {
+    let first = order[0] & 3;
+    let second = if order[1] == MISS { first } else { order[1] & 3 };
+    let third = if order[2] == MISS { second } else { order[2] & 3 };
+    base << 6 | first | second << 2 | third << 4
+}
+
+impl Accel {
+    pub(crate) fn walk_wide(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
+        let world = Local::new(ray.origin, ray.direction);
+        let mut local = world;
+        let mut instance = NO_INSTANCE;
+        let mut best: Option<Hit> = None;
+        let mut t_max = ray.t_max;
+        let mut stack = [0u32; MOST_STACK as usize];
+        let mut height = 0;
+        let mut at = 0u32;
+        let mut steps = 0;
+        loop {
+            steps += 1;
+            let item = &self.items[at as usize];
+            let mut next = None;
+            match kind(item) {
+                Kind::Node(count) => {
+                    // Distances are not negative, so their bits sort like integers; the two lowest make room for the child.
+                    let mut order = [MISS; 4];
+                    for (c, t) in local.enter(item, count, ray.t_min, t_max).into_iter().enumerate() {
+                        if let Some(t) = t {
+                            order[c] = t.to_bits() & !3 | c as u32;
+                        }
+                    }
+                    order.sort_unstable();
+                    if order[0] != MISS {
+                        next = Some(item.0[4] + (order[0] & 3));
+                    }
+                    if order[1] != MISS {
+                        stack[height] = entry(item.0[4], [order[1], order[2], order[3]]);
+                        height += 1;
+                    }
+                }
+                Kind::Pair => {
+                    if let Some((t, b1, b2, k)) = local.hit(item, ray.t_min, t_max) {
+                        t_max = t;
+                        best = Some(Hit { t, b1, b2, prim: item.0[12 + k], instance, item: at });
+                        if any {
+                            return (best, steps);
+                        }
+                    }
+                }
+                Kind::Instance => {
+                    stack[height] = LEAVE_INSTANCE;
+                    height += 1;
+                    let rows = [(item.vec3(0), 3), (item.vec3(4), 7), (item.vec3(8), 12)];
+                    local = Local::new(
+                        Vec3::from_array(rows.map(|(row, shift)| row.dot(world.origin) + item.float(shift))),
+                        Vec3::from_array(rows.map(|(row, _)| row.dot(world.direction))),
+                    );
+                    instance = item.0[14];
+                    next = Some(item.0[13]);
+                }
+            }
+            while next.is_none() && height > 0 {
+                let top = stack[height - 1];
+                if top == LEAVE_INSTANCE {
+                    height -= 1;
+                    local = world;
+                    instance = NO_INSTANCE;
+                } else {
+                    let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
+                    next = Some((top >> 6) + first);
+                    if first == second {
+                        height -= 1;
+                    } else {
+                        stack[height - 1] = top & !63 | second | third << 2 | third << 4;
+                    }
+                }
+            }
+            match next {
+                Some(item) => at = item,
+                None => return (best, steps),
+            }
+        }
+    }
+}
+
+/// [`Local::enter`] for a node on its own.
+#[cfg(test)]
+pub(crate) fn enter_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
+    let Kind::Node(count) = kind(item) else { return [None; 4] };
+    Local::new(origin, direction).enter(item, count, 0.0, 1e30)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_give_back_every_child_in_order() {
+        for list in [&[2][..], &[3, 0], &[0, 3], &[1, 2, 0], &[3, 2, 1], &[0, 1, 2]] {
+            let mut order = [MISS; 3];
+            for (slot, c) in order.iter_mut().zip(list) {
+                *slot = 1000 << 2 | c;
+            }
+            let mut top = entry(0x3ff_fffe, order);
+            let mut given = Vec::new();
+            loop {
+                assert!(top >> 6 == 0x3ff_fffe && top != LEAVE_INSTANCE);
+                let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
+                given.push(first);
+                if first == second {
+                    break;
+                }
+                top = top & !63 | second | third << 2 | third << 4;
+            }
+            assert_eq!(given, list);
+        }
+    }
+}
