@@ -4,6 +4,8 @@ pub mod bsdf;
 pub mod bsdf_oracle;
 pub mod features;
 pub mod probe;
+pub mod random;
 pub mod render;
 pub mod scenes;
 pub mod sphere;
+pub mod walk;
