@@ -10,6 +10,9 @@ const IMAGE_WIDTH: u32 = 4096;
 
 const MIB: u64 = 1 << 20;
 
+/// Fewest bytes of a buffer: a binding must hold at least one record of its type, even where there is none.
+const LEAST_BYTES: usize = 256;
+
 /// Makes resources and counts their bytes.
 pub(crate) struct Uploader<'a> {
     device: &'a Device,
@@ -27,11 +30,11 @@ impl<'a> Uploader<'a> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(what, bytes.len() as u64, usage)?;
         let mut padded;
-        let contents = if bytes.len() >= 16 && bytes.len() % 4 == 0 {
+        let contents = if bytes.len() >= LEAST_BYTES && bytes.len() % 4 == 0 {
             bytes
         } else {
             padded = bytes.to_vec();
-            padded.resize(bytes.len().max(16).next_multiple_of(4), 0);
+            padded.resize(bytes.len().max(LEAST_BYTES).next_multiple_of(4), 0);
             &padded
         };
         self.bytes += contents.len() as u64;

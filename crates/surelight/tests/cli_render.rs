@@ -119,3 +119,13 @@ fn options_change_what_they_say() {
     let sky = mean("--eye 1000,1000,1000 --target 2000,2000,2000 --sky 0.25,0,0");
     assert!((sky - 0.25).abs() < 1e-6, "{sky}");
 }
+
+/// A file may hold nothing at all: then there is only the sky.
+#[test]
+fn an_empty_scene_is_sky() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("empty.gltf"), "{\"asset\": {\"version\": \"2.0\"}}").unwrap();
+    folder.run("empty.gltf --size 8x8 --spp 2 --quiet -o a.exr").succeeded();
+    let exr = read_exr(&folder.path("a.exr")).unwrap();
+    assert!(exr.channels["G"].iter().all(|&g| g == 1.0), "{:?}", exr.channels["G"]);
+}
