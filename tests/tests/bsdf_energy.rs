@@ -55,6 +55,9 @@ fn over(kind: fn(f32, f64) -> Material, alphas: &[f32], angles: &[f64]) -> Vec<M
 fn metal_albedo_is_the_quadrature() {
     let materials = over(Material::metal, &[0.001, 0.01, 0.1, 0.3, 0.6, 1.0], &[0.0, 45.0, 75.0, 88.0]);
     check("metal", &materials);
+    // α = 1 seen from above has a closed form: D = 1/π, G2 = 2c/(1 + c), and ∫ c/(1 + c) dc = 1 − ln 2.
+    let closed = albedo(&Material::metal(1.0, 0.0), 512).sum().y;
+    assert!((closed - (1.0 - std::f64::consts::LN_2)).abs() < 1e-5, "the quadrature itself is off: {closed}");
     for m in &materials {
         assert!(albedo(m, 256).sum().max_element() < 1.0 + 1e-4, "{m:?} reflects more than there is");
     }
