@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use super::document::{Document, Int, extension, get};
+use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
 use super::uri;
 
@@ -58,9 +58,7 @@ impl<'a> Buffers<'a> {
     pub(crate) fn view(&self, index: Int, user: &str) -> Result<View<'_>> {
         let stated = get(&self.document.buffer_views, index, "bufferView", user)?;
         let place = format!("bufferView {}", index.index());
-        if extension(&stated.extensions, "EXT_meshopt_compression").is_some()
-            || extension(&stated.extensions, "KHR_meshopt_compression").is_some()
-        {
+        if stated.extensions.has("EXT_meshopt_compression") || stated.extensions.has("KHR_meshopt_compression") {
             // The uncompressed fallback, if the file has one, stands in the plain fields and is read below.
             let fallback = get(&self.document.buffers, stated.buffer, "buffer", &place)?;
             if fallback.uri.is_none() && !(stated.buffer.0 == 0 && self.bin.is_some()) {

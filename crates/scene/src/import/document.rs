@@ -8,13 +8,68 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
+use serde::de::{self, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use serde_json::Value;
+use serde_json::value::RawValue;
 
 use super::error::{Fault, Result};
 
-/// The JSON object `extensions`; most objects have none.
-pub(crate) type Extensions = Option<Box<serde_json::Map<String, Value>>>;
+/// The JSON object `extensions`, by name: each kept as text until a reader that knows it asks. (As a tree of values, a
+/// million nodes with a light each would take gigabytes.)
+#[derive(Debug, Default, Clone)]
+pub(crate) struct Extensions(Vec<(Box<str>, Box<RawValue>)>);
+
+impl Extensions {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The names, in the file's order.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|(name, _)| &**name)
+    }
+
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.names().any(|n| n == name)
+    }
+
+    /// The extension `name` as a type, if the object has it.
+    ///
+    /// # Errors
+    /// When it has it, and it is not of that type.
+    pub(crate) fn parse<T: DeserializeOwned>(&self, name: &str) -> Option<std::result::Result<T, serde_json::Error>> {
+        let (_, raw) = self.0.iter().find(|(n, _)| &**n == name)?;
+        Some(parse_raw(raw))
+    }
+}
+
+/// Text of JSON as a type. By way of a tree, since a line and a column inside the fragment would lead nowhere.
+pub(crate) fn parse_raw<T: DeserializeOwned>(raw: &RawValue) -> std::result::Result<T, serde_json::Error> {
+    serde_json::from_str::<Value>(raw.get()).and_then(T::deserialize)
+}
+
+impl<'de> Deserialize<'de> for Extensions {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct MapVisitor;
+        impl<'de> Visitor<'de> for MapVisitor {
+            type Value = Extensions;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object of extensions")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Extensions, A::Error> {
+                let mut all = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    all.push(entry);
+                }
+                all.shrink_to_fit();
+                Ok(Extensions(all))
+            }
+        }
+        deserializer.deserialize_map(MapVisitor)
+    }
+}
 
 /// A whole number of the JSON: an index, a count or a constant. Accepts `3.0` for `3`, as some exporters write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -86,6 +141,7 @@ pub(crate) struct Document {
     pub(crate) extensions_used: Vec<String>,
     #[serde(default)]
     pub(crate) extensions_required: Vec<String>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -116,6 +172,7 @@ pub(crate) struct Node {
     pub(crate) scale: Option<[f64; 3]>,
     #[serde(default)]
     pub(crate) weights: Vec<f64>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -135,6 +192,7 @@ pub(crate) struct Primitive {
     pub(crate) mode: Option<Int>,
     #[serde(default)]
     pub(crate) targets: Vec<BTreeMap<String, Int>>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -173,6 +231,7 @@ pub(crate) struct MaterialJson {
     pub(crate) alpha_cutoff: Option<f64>,
     #[serde(default)]
     pub(crate) double_sided: bool,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -194,6 +253,7 @@ pub(crate) struct TextureInfo {
     pub(crate) tex_coord: Int,
     /// Normal textures only.
     pub(crate) scale: Option<f64>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -201,6 +261,7 @@ pub(crate) struct TextureInfo {
 pub(crate) struct TextureJson {
     pub(crate) source: Option<Int>,
     pub(crate) sampler: Option<Int>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -266,6 +327,7 @@ pub(crate) struct BufferView {
     pub(crate) byte_offset: Int,
     pub(crate) byte_length: Int,
     pub(crate) byte_stride: Option<Int>,
+    #[serde(default)]
     pub(crate) extensions: Extensions,
 }
 
@@ -303,9 +365,4 @@ pub(crate) fn parse(json: &[u8]) -> Result<Document> {
 /// Looks up `index` in a top-level array for the object `place`.
 pub(crate) fn get<'a, T>(items: &'a [T], index: Int, kind: &str, place: &str) -> Result<&'a T> {
     items.get(index.index()).ok_or_else(|| Fault::no_such(place, kind, index.index(), items.len()))
-}
-
-/// The extension `name` of an object, if it has it.
-pub(crate) fn extension<'a>(extensions: &'a Extensions, name: &str) -> Option<&'a Value> {
-    extensions.as_deref()?.get(name)
 }

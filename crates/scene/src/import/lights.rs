@@ -6,13 +6,23 @@ use glam::DVec3;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::document::{Document, Int, extension};
+use super::document::{Document, Int};
 use super::error::Fault;
 use super::nodes::{Placed, name_of};
 use super::warnings::Warnings;
 use crate::{Light, LightKind};
 
 const NAME: &str = "KHR_lights_punctual";
+
+#[derive(Deserialize)]
+struct RootJson {
+    lights: Vec<Value>,
+}
+
+#[derive(Deserialize)]
+struct NodeJson {
+    light: Int,
+}
 
 #[derive(Deserialize)]
 struct LightJson {
@@ -34,20 +44,22 @@ struct SpotJson {
 
 /// Lights of the placed nodes, in the order of the nodes. A broken one is left out with a warning.
 pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnings) -> Vec<Light> {
-    let none = Vec::new();
-    let defined = extension(&document.extensions, NAME)
-        .and_then(|root| root.get("lights"))
-        .and_then(Value::as_array)
-        .unwrap_or(&none);
+    let defined = match document.extensions.parse::<RootJson>(NAME) {
+        None => Vec::new(),
+        Some(Ok(root)) => root.lights,
+        Some(Err(e)) => {
+            warnings.push(format!("The lights of the file are left out: {e}."));
+            Vec::new()
+        }
+    };
     let mut lights = Vec::new();
     for placed in placed {
         let node = &document.nodes[placed.node];
-        let Some(reference) = extension(&node.extensions, NAME) else { continue };
+        let Some(reference) = node.extensions.parse::<NodeJson>(NAME) else { continue };
         let place = format!("node {}", placed.node);
-        let index = reference.get("light").and_then(|value| Int::deserialize(value).ok());
-        let parsed = match index.map(Int::index) {
-            None => Err(format!("{place} names no light")),
-            Some(index) => match defined.get(index) {
+        let parsed = match reference.map(|json| json.light.index()) {
+            Err(e) => Err(format!("{place} names no light ({e})")),
+            Ok(index) => match defined.get(index) {
                 None => Err(Fault::no_such(&place, "light", index, defined.len()).reason()),
                 Some(json) => LightJson::deserialize(json).map_err(|e| format!("light {index}: {e}")).and_then(|json| {
                     let place = format!("light {index}");

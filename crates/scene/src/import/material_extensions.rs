@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::document::{Extensions, MaterialJson, TextureInfo, extension};
+use super::document::{Extensions, MaterialJson, TextureInfo};
 use super::materials::{Draft, Reader};
 use crate::Volume;
 
@@ -49,7 +49,7 @@ struct VolumeJson {
 pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
     let extensions = &json.extensions;
     let material = &mut draft.material;
-    material.unlit = extension(extensions, "KHR_materials_unlit").is_some();
+    material.unlit = extensions.has("KHR_materials_unlit");
 
     if let Some(json) = parse::<EmissiveStrength>(extensions, "KHR_materials_emissive_strength", reader) {
         let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MOST_EMISSIVE, "emissiveStrength");
@@ -96,7 +96,7 @@ fn volume(json: &VolumeJson, reader: &mut Reader) -> Option<Volume> {
 
 /// An extension's object as a type; a mistyped one is a warning and counts as absent.
 fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
-    match T::deserialize(extension(extensions, name)?) {
+    match extensions.parse(name)? {
         Ok(value) => Some(value),
         Err(e) => {
             reader.warnings.push(format!("{name} of {} is ignored: {e}.", reader.place));

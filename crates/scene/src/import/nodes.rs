@@ -27,7 +27,7 @@ pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut W
     while let Some((index, parent)) = stack.pop() {
         let node = &document.nodes[index];
         let to_world = parent * local(node, index, warnings);
-        if node.mesh.is_some() || node.camera.is_some() || node.extensions.is_some() {
+        if node.mesh.is_some() || node.camera.is_some() || !node.extensions.is_empty() {
             placed.push(Placed { node: index, to_world });
         }
         stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world)));

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessors, Component, Typed};
-use super::document::{Int, Primitive, extension, get};
+use super::document::{Int, Primitive, get};
 use super::error::{Fault, Result};
 use super::materials::Draft;
 use super::normals::{self, Repair};
@@ -54,7 +54,7 @@ impl<'a> Plan<'a> {
             return Ok(None);
         };
         let positions = accessors.typed(positions, &user("POSITION", &place))?;
-        if extension(&json.extensions, "KHR_draco_mesh_compression").is_some() && !positions.has_view() {
+        if json.extensions.has("KHR_draco_mesh_compression") && !positions.has_view() {
             return Err(Fault::invalid(
                 place,
                 "is compressed with Draco, which is not supported, and has no plain copy",

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use glam::{Affine2, Vec2};
 use serde::Deserialize;
 
-use super::document::{Document, Int, TextureInfo, extension, get};
+use super::document::{Document, Int, TextureInfo, get};
 use super::images::Decoded;
 use super::warnings::Warnings;
 use crate::{Filter, Texture, TextureRef, Wrap};
@@ -50,8 +50,8 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
     }
     let mut uv_set = info.tex_coord;
     let mut transform = None;
-    if let Some(json) = extension(&info.extensions, "KHR_texture_transform") {
-        match TransformJson::deserialize(json) {
+    if let Some(parsed) = info.extensions.parse::<TransformJson>("KHR_texture_transform") {
+        match parsed {
             Ok(json) => {
                 uv_set = json.tex_coord.unwrap_or(uv_set);
                 transform = affine(&json);
@@ -122,7 +122,7 @@ impl<'a> Binder<'a> {
         let lookup = lookup?;
         let Some(image) = image_of(self.document, lookup.texture) else {
             let json = self.document.textures.get(lookup.texture)?;
-            let reason = match json.extensions.as_deref().and_then(|e| e.keys().next()) {
+            let reason = match json.extensions.names().next() {
                 Some(name) => format!("has its image only in the extension {name}, which is not supported"),
                 None => "has no source".into(),
             };

@@ -1,7 +1,7 @@
 //! Sentences about what was not read as written.
 
 /// More than this and the rest is only counted: a hostile file must not fill memory or the terminal.
-const MOST: usize = 100;
+const MOST: usize = 50;
 
 /// Warnings in the order in which they arose, each once.
 #[derive(Debug, Default)]

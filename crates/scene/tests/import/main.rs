@@ -10,4 +10,5 @@ mod hostile;
 mod materials;
 mod meshes;
 mod nodes;
+mod round_trip;
 mod textures;
