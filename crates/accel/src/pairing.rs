@@ -11,6 +11,9 @@ pub(crate) const ALONE: u32 = u32::MAX;
 /// both whenever the ray meets the common box then costs no more than a test each time it meets one's own.
 const MOST_GROWTH: f32 = 1.1;
 
+/// Triangles looked at around one edge; a sound mesh has two.
+const MOST_AROUND_EDGE: usize = 16;
+
 /// For each vertex the first one at the same position, so that faces split by normals or UVs still count as joined.
 pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
     // Adding 0 makes −0 into 0.
@@ -52,6 +55,10 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
             bucketed[*at as usize] = (a.max(b), (i as u32) << 1 | u32::from(a < b));
         }
     }
+    // Each bucket in order, so that an edge is found by bisection however many triangles stand around a vertex.
+    for span in starts.windows(2) {
+        bucketed[span[0] as usize..span[1] as usize].sort_unstable();
+    }
 
     let mut free = vec![true; triangles.len()];
     let mut leaves = Vec::with_capacity(triangles.len() / 2 + 1);
@@ -63,9 +70,11 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
         let mut best = (f32::INFINITY, ALONE);
         for [a, b] in edges(t) {
             let low = a.min(b) as usize;
-            for &(high, half) in &bucketed[starts[low] as usize..starts[low + 1] as usize] {
+            let bucket = &bucketed[starts[low] as usize..starts[low + 1] as usize];
+            let first = bucket.partition_point(|half| half.0 < a.max(b));
+            for &(_, half) in bucket[first..].iter().take_while(|half| half.0 == a.max(b)).take(MOST_AROUND_EDGE) {
                 let j = half >> 1;
-                if high == a.max(b) && (half & 1 == 1) != (a < b) && free[j as usize] {
+                if (half & 1 == 1) != (a < b) && free[j as usize] {
                     let theirs = triangles[j as usize].tight();
                     let area = mine.union(theirs).half_area();
                     if area < best.0 && area <= MOST_GROWTH * (mine.half_area() + theirs.half_area()) {
