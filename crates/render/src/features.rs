@@ -88,4 +88,18 @@ features! {
     lens,
     /// Samples are clamped (biased).
     clamp_radiance,
+    /// Directions alone are sampled: the hemisphere form.
+    hemisphere,
+    /// Points on lights alone are sampled: the area form.
+    area,
+    /// Whitted's ray tracing (biased).
+    whitted,
+    /// Directions uniform over the hemisphere.
+    directions_uniform,
+    /// Directions by the cosine.
+    directions_cosine,
+    /// Independent random numbers.
+    sampler_independent,
+    /// Jittered strata.
+    sampler_stratified,
 }

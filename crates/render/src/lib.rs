@@ -22,7 +22,7 @@ pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
 pub use features::Features;
 pub use kernel::Checks;
-pub use prepare::{Prepared, Settings, material_fields};
+pub use prepare::{Directions, Integrator, Prepared, Sampler, Settings, material_fields};
 pub use probe::run_probe;
 pub use progressive::{Goal, Outcome, Progress, render};
 pub use reflect::RecordLayout;

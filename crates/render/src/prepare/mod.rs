@@ -36,6 +36,51 @@ pub(crate) use self::{
     view::View,
 };
 
+/// Estimators of the rendering equation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Integrator {
+    /// Directions are sampled; emitters are found by chance.
+    Hemisphere(Directions),
+    /// Points on emitters are sampled.
+    Area,
+    /// Both, combined by multiple importance sampling.
+    #[default]
+    Mis,
+    /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse surfaces: biased.
+    Whitted,
+}
+
+impl Integrator {
+    /// Whether the expected value is not the radiance.
+    pub fn is_biased(self) -> bool {
+        self == Self::Whitted
+    }
+}
+
+/// How the hemisphere form samples directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Directions {
+    /// Uniform in solid angle.
+    Uniform,
+    /// By the cosine.
+    Cosine,
+    /// By the BSDF.
+    #[default]
+    Bsdf,
+}
+
+/// Sources of random numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Sampler {
+    /// A hash for each number.
+    Independent,
+    /// Jittered strata of a batch's samples.
+    Stratified,
+    /// Owen-scrambled Sobol points.
+    #[default]
+    Sobol,
+}
+
 /// What to render, beside the scene and the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -45,6 +90,10 @@ pub struct Settings {
     pub height: u32,
     /// Scattering events that a path may have: 0 emission only, 1 direct light; `None`: Russian roulette alone ends paths.
     pub max_bounces: Option<u32>,
+    /// How paths are sampled.
+    pub integrator: Integrator,
+    /// Where their random numbers come from.
+    pub sampler: Sampler,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -64,6 +113,8 @@ impl Settings {
             width,
             height,
             max_bounces: None,
+            integrator: Integrator::default(),
+            sampler: Sampler::default(),
             seed: 0,
             aperture: None,
             focus: None,
@@ -114,7 +165,12 @@ impl Prepared {
             None => None,
         };
         let factor = f64::from(view.environment[0]);
-        let lights = Lights::new(scene, &accel, environment.as_ref().map(|e| e.total * factor).filter(|&e| e > 0.0));
+        // Whitted sends shadow rays to lights with a middle; an environment has none.
+        let sampled = environment.as_ref().filter(|_| settings.integrator != Integrator::Whitted);
+        let lights = match settings.integrator {
+            Integrator::Hemisphere(_) => Lights::default(),
+            _ => Lights::new(scene, &accel, sampled.map(|e| e.total * factor).filter(|&e| e > 0.0)),
+        };
         view.light_density = lights.density;
         view.environment_probability = lights.environment_probability;
         view.light_count = lights.table.len() as u32;
@@ -184,7 +240,9 @@ fn decide(
         alpha: any(&|m| m.alpha_mode != AlphaMode::Opaque),
         ggx: any(&is_glossy),
         metal: any(&|m| !m.unlit && m.metallic > 0.0),
-        delta_lobes: materials.iter().any(|m| may_be_smooth(m)),
+        // Whitted takes all that is nearly smooth for a mirror.
+        delta_lobes: materials.iter().any(|m| may_be_smooth(m))
+            || settings.integrator == Integrator::Whitted && any(&is_glossy),
         transmission: any(&transmits),
         volume: any(&|m| transmits(m) && absorbs(m)),
         unlit: any(&|m| m.unlit),
@@ -197,6 +255,13 @@ fn decide(
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
         lens: settings.aperture.is_some_and(|a| a > 0.0) && matches!(camera.projection, Projection::Perspective { .. }),
         clamp_radiance: settings.max_radiance.is_some(),
+        hemisphere: matches!(settings.integrator, Integrator::Hemisphere(_)),
+        area: settings.integrator == Integrator::Area,
+        whitted: settings.integrator == Integrator::Whitted,
+        directions_uniform: settings.integrator == Integrator::Hemisphere(Directions::Uniform),
+        directions_cosine: settings.integrator == Integrator::Hemisphere(Directions::Cosine),
+        sampler_independent: settings.sampler == Sampler::Independent,
+        sampler_stratified: settings.sampler == Sampler::Stratified,
         items_image: false, // the device decides
     }
 }
