@@ -69,6 +69,22 @@ fn value_is_the_specifications_formula() {
     assert!(worst.0 < 2e-4, "relative error {:.1e}: {}", worst.0, worst.1);
 }
 
+/// Cosine-weighted directions, to the last digits: sine and cosine are the shader's own.
+#[test]
+fn cosine_directions_are_exact() {
+    let m = Material::lambert(0.0);
+    let mut u = uniforms(100_000, 8);
+    // Around the seams between quarters of a turn.
+    u.extend((0..=8).flat_map(|i| (-2..=2).map(move |j| [0.0, i as f32 / 8.0 + j as f32 / 16_777_216.0, 0.5])));
+    u.retain(|u| (0.0..1.0).contains(&u[1]));
+    for (u, s) in u.iter().zip(BsdfProbe::new(&m.features()).sample(&m, &u)) {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(u[1])).sin_cos();
+        let (r, z) = (f64::from(u[2]).sqrt(), (1.0 - f64::from(u[2])).sqrt());
+        let error = (DVec3::from(s.wi.map(f64::from)) - DVec3::new(r * cos, r * sin, z)).length();
+        assert!(error < 3e-7, "{u:?}: {:?} is {error:.1e} off", s.wi);
+    }
+}
+
 #[test]
 fn specialised_kernels_agree_with_the_general_one() {
     let general = BsdfProbe::full();
