@@ -68,30 +68,48 @@ pub fn all(film: &Film) -> std::ops::Range<usize> {
     0..film.pixels().len()
 }
 
-/// Holds the mean over all pixels against the truth in each channel: a z test at level [`ALPHA`] over all three.
-///
-/// Prints the smallest relative bias that it would have seen 9 times in 10, and fails where that is more than `power`.
-pub fn assert_mean(name: &str, film: &Film, truth: [f64; 3], power: f64) {
-    assert_pooled(name, film, truth, power, |_| true);
+/// Judges means of pictures against what is known of them: z tests at level [`ALPHA`] over all pictures and channels.
+#[derive(Clone, Copy, Debug)]
+pub struct Judge {
+    /// The largest relative bias that may go unseen 1 time in 10; a test that is blinder than this fails.
+    pub power: f64,
+    /// Pictures that are judged in all; levels are Šidák's.
+    pub pictures: usize,
+    /// Relative error of the truth and of sums in f32: what cannot be told apart.
+    pub resolution: f64,
 }
 
-/// Likewise over the pixels that `which` keeps.
-pub fn assert_pooled(name: &str, film: &Film, truth: [f64; 3], power: f64, which: impl Fn(usize) -> bool) {
-    let level = sidak_level(ALPHA, 3);
-    for (c, truth) in truth.into_iter().enumerate() {
-        let mean = pooled(film, c, all(film).filter(|&i| which(i)));
-        // Rounding is no bias: half a unit in the last place of each of some sums in f32.
-        let error = mean.variance.sqrt().hypot(1e-7 * truth);
-        let test = z_test(mean.mean, error, truth, level);
-        let detectable = test.detectable / truth;
-        println!(
-            "{name}, channel {c}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would have been seen",
-            mean.mean,
-            test.z,
-            100.0 * detectable
-        );
-        assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be seen, {power:.1e} is asked for");
-        assert!(test.p > level, "{name}: {} ± {error:.1e} instead of {truth}, z = {:.2}", mean.mean, test.z);
+impl Judge {
+    /// Of a single picture whose truth is exact.
+    pub fn new(power: f64) -> Self {
+        Self { power, pictures: 1, resolution: 1e-7 }
+    }
+
+    /// Of several.
+    pub fn of(pictures: usize, power: f64) -> Self {
+        Self { pictures, ..Self::new(power) }
+    }
+
+    /// Holds the mean over all pixels against the truth in each channel.
+    ///
+    /// Prints the smallest relative bias that it would have seen 9 times in 10.
+    pub fn mean(&self, name: &str, film: &Film, truth: [f64; 3]) {
+        let level = sidak_level(ALPHA, 3 * self.pictures);
+        for (c, truth) in truth.into_iter().enumerate() {
+            let mean = pooled(film, c, all(film));
+            let error = mean.variance.sqrt().hypot(self.resolution * truth);
+            let test = z_test(mean.mean, error, truth, level);
+            let detectable = test.detectable / truth;
+            println!(
+                "{name}, channel {c}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would be seen",
+                mean.mean,
+                test.z,
+                100.0 * detectable
+            );
+            let power = self.power;
+            assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be seen, not {power:.1e}");
+            assert!(test.p > level, "{name}: {} ± {error:.1e} instead of {truth}, z = {:.2}", mean.mean, test.z);
+        }
     }
 }
 

@@ -1,0 +1,98 @@
+//! Furnaces: scenes whose every pixel is known, whatever path light takes.
+
+use surelight_estimate::{sidak_level, student_t_survival};
+use surelight_film::Film;
+use surelight_render::Settings;
+use surelight_scene::{Environment, Scene, procedural::furnace, procedural::probes};
+use surelight_tests::render::{ALPHA, Judge, all, prepare, render, trace};
+
+/// Smallest bias that the pooled tests must be able to see.
+const POWER: f64 = 0.003;
+
+/// No pixel of its own is off: Student's t, Šidák over pixels and channels.
+fn assert_pixels(name: &str, film: &Film, truth: [f64; 3]) {
+    let level = sidak_level(ALPHA, 3 * film.pixels().len());
+    for i in all(film) {
+        let (mean, variance) = (film.mean(i), film.variance_of_mean(i).expect("several batches"));
+        for c in 0..3 {
+            let error = variance[c].sqrt().hypot(1e-7 * truth[c]);
+            let t = (mean[c] - truth[c]) / error;
+            let p = 2.0 * student_t_survival(t.abs(), film.degrees_of_freedom(i));
+            let at = (i as u32 % film.width(), i as u32 / film.width());
+            assert!(p > level, "{name}: pixel {at:?} is {} ± {error:.1e} instead of {}", mean[c], truth[c]);
+        }
+    }
+}
+
+/// In a closed room where each surface emits L·(1 − ρ), every pixel is L = Le/(1 − ρ).
+#[test]
+fn closed_room_of_several_reflectances() {
+    let film = render(&furnace::furnace(), &Settings::new(40, 40), 16, 64);
+    let truth = furnace::RADIANCE.map(f64::from);
+    Judge::new(POWER).mean("furnace", &film, truth);
+    assert_pixels("furnace", &film, truth);
+}
+
+#[test]
+fn bare_room_by_depth() {
+    for bounces in [Some(0), Some(1), Some(2), Some(5), None] {
+        let seed = bounces.unwrap_or(100);
+        let settings = Settings { max_bounces: bounces, seed, ..Settings::new(32, 32) };
+        let film = render(&furnace::bare_room(), &settings, 16, 64);
+        let truth = bounces.map_or(furnace::RADIANCE.map(f64::from), furnace::after_bounces);
+        let name = format!("bare room after {bounces:?} bounces");
+        Judge::of(5, POWER).mean(&name, &film, truth);
+        assert_pixels(&name, &film, truth);
+    }
+}
+
+/// Units in the last place between two numbers of the same sign.
+fn ulps(a: f32, b: f32) -> u32 {
+    a.to_bits().abs_diff(b.to_bits())
+}
+
+/// Without light sampling the room's series is summed along each path: every single sample is Le·Σ ρᵏ, exact but for rounding, as
+/// long as roulette spares the path (throughput above ⅓).
+#[test]
+fn depth_series_without_variance() {
+    let mut scene = furnace::bare_room();
+    let (rho, emission) = (0.875f32, 0.125f32);
+    for material in &mut scene.materials {
+        material.base_color = [rho, rho, rho, 1.0];
+        material.emissive = [emission; 3];
+    }
+    for bounces in [0, 1, 4, 8] {
+        let mut prepared = prepare(&scene, &Settings { max_bounces: Some(bounces), ..Settings::new(32, 32) });
+        prepared.features.light_sampling = false;
+        prepared.features.area_lights = false;
+        let film = trace(&prepared, [32, 32], 1, 1);
+        let truth: f64 = (0..=bounces).map(|k| f64::from(emission) * f64::from(rho).powi(k as i32)).sum();
+        let worst = all(&film).map(|i| ulps(film.mean(i)[0] as f32, truth as f32)).max();
+        println!("after {bounces} bounces {truth}, within {worst:?} ULP");
+        // One rounding for each product and sum.
+        assert!(worst <= Some(2 + 2 * bounces), "{worst:?} ULP from {truth}");
+    }
+}
+
+/// A convex Lambertian body under a uniform sky reflects once: each sample that meets it is ρ·L, each other L.
+#[test]
+fn convex_body_has_no_variance() {
+    let (rho, sky) = ([0.8f32, 0.45, 0.36], [1.0f32, 2.0, 0.3]);
+    let mut scene: Scene = probes::convex_furnace(rho, 4);
+    scene.environment = Some(Environment::Uniform(sky));
+    for seed in 0..4 {
+        let film = render(&scene, &Settings { seed, ..Settings::new(64, 64) }, 1, 1);
+        let mut met = 0;
+        for i in all(&film) {
+            let value = film.mean(i).map(|v| v as f32);
+            let is = |expected: [f32; 3]| (0..3).all(|c| ulps(value[c], expected[c]) <= 4);
+            let reflected = is([0, 1, 2].map(|c| rho[c] * sky[c]));
+            assert!(reflected || is(sky), "pixel {i} is {value:?}");
+            met += usize::from(reflected);
+        }
+        // The ball's outline, an ellipse of about 0.5/(4·tan 20°) of the picture's side in radius.
+        let share = met as f64 / film.pixels().len() as f64;
+        println!("{share:.3} of all samples meet the ball");
+        assert!((0.3..0.5).contains(&share), "{share} of all samples meet the ball");
+    }
+}
