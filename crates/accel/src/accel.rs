@@ -21,7 +21,7 @@ pub enum Quality {
     /// A little more build time for most of the quality.
     #[default]
     Medium,
-    /// Several times the build time; large triangles are split.
+    /// Several times the build time; large triangles are split, in the binary layout only.
     Slow,
 }
 

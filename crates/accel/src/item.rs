@@ -17,7 +17,9 @@
 //! | 15 | 0 | 1 \| more << 2 | 2 \| more << 2 |
 //!
 //! `more` says that the next item of the stream belongs to the same leaf. Item 0 is the root and always a node; so is the
-//! root of each mesh's tree. A child that is missing (a tree of one leaf) has [`crate::Bounds::NEVER_HIT`] as its box.
+//! root of each mesh's tree. A child that is missing (a tree of one leaf) has [`crate::Bounds::NEVER_HIT`] as its box and
+//! the other child's item; should a ray without sense (t in the 1e30s) enter it, the walk still ends. The root of an
+//! empty scene has two such children and a triangle of zeros behind it.
 //!
 //! # Slack: why no ray slips between two triangles
 //! The hit test computes, with s = o − v0, U = s·(d × e2), V = d·(s × e1) and the determinant D = e1·(d × e2), and hits
@@ -79,6 +81,13 @@ impl Item {
         w[11] = (slack * a).to_bits();
         w[12] = (slack * a * b).to_bits();
         w[15] = TAG_TRIANGLE | if more { MORE } else { 0 };
+        Self(w)
+    }
+
+    /// A triangle without area, which no ray hits.
+    pub(crate) fn null() -> Self {
+        let mut w = [0; 16];
+        w[15] = TAG_TRIANGLE;
         Self(w)
     }
 

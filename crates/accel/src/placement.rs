@@ -6,7 +6,7 @@ use surelight_scene::{Instance, Mesh, Scene};
 
 use crate::{
     AccelError, BuildOptions, Instancing, Layout, NO_INSTANCE, Skipped, TriangleSource, pairing,
-    triangle::{Defect, Triangle},
+    triangle::{COORDINATE_LIMIT, Defect, Triangle},
 };
 
 /// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
@@ -123,14 +123,21 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     for instance in &scene.instances {
         uses[instance.mesh] += 1;
     }
-    let shared = |mesh: usize| {
-        let (n, k) = (scene.meshes[mesh].triangles.len(), uses[mesh]);
-        match options.instancing {
-            Instancing::Auto => k >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(k) >= LEAST_COPIES,
-            Instancing::Never => false,
-            Instancing::Always => n > 0,
-        }
-    };
+    let shared: Vec<bool> = scene
+        .meshes
+        .iter()
+        .zip(&uses)
+        .map(|(mesh, &k)| {
+            let n = mesh.triangles.len();
+            match options.instancing {
+                Instancing::Auto => k >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(k) >= LEAST_COPIES,
+                Instancing::Never => false,
+                Instancing::Always => n > 0,
+            }
+        })
+        .collect();
+    let reach: Vec<f64> =
+        scene.meshes.iter().zip(&shared).map(|(mesh, &shared)| if shared { reach(mesh) } else { 0.0 }).collect();
 
     let mut slot_of = vec![None; scene.meshes.len()];
     let mut mesh_of_slot = Vec::new();
@@ -138,7 +145,8 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     let mut copied = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let to_world = to_camera(instance);
-        match shared(instance.mesh).then(|| invert(&to_world)).flatten() {
+        let inverse = if shared[instance.mesh] { invert(&to_world, reach[instance.mesh]) } else { None };
+        match inverse {
             Some(to_object) => {
                 let mesh = *slot_of[instance.mesh].get_or_insert_with(|| {
                     mesh_of_slot.push(instance.mesh);
@@ -199,8 +207,15 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     Placed { world, meshes, placements }
 }
 
-/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range for f32.
-fn invert(to_world: &DAffine3) -> Option<DAffine3> {
+/// Greatest absolute coordinate of a mesh, not counting those that are too large for any triangle.
+fn reach(mesh: &Mesh) -> f64 {
+    let size = |p: &Vec3| p.abs().to_array().into_iter().filter(|x| *x <= COORDINATE_LIMIT).fold(0.0, f32::max);
+    f64::from(mesh.positions.par_iter().map(size).reduce(|| 0.0, f32::max))
+}
+
+/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range for f32, and with all
+/// of the mesh (`reach` from its origin) well inside [`COORDINATE_LIMIT`].
+fn invert(to_world: &DAffine3, reach: f64) -> Option<DAffine3> {
     let m = to_world.matrix3;
     if !to_world.is_finite() || m.determinant() == 0.0 {
         return None;
@@ -210,5 +225,7 @@ fn invert(to_world: &DAffine3) -> Option<DAffine3> {
     // Frobenius norms: at least the condition number, at most three times it.
     let condition = norm(m) * norm(inverse.matrix3);
     let fits = |a: &DAffine3| a.is_finite() && a.to_cols_array().iter().all(|x| x.abs() < 1e12);
-    (condition <= MOST_CONDITION && fits(&inverse) && fits(to_world)).then_some(inverse)
+    let placed = norm(m) * reach * 2.0 + to_world.translation.abs().max_element();
+    (condition <= MOST_CONDITION && placed < 0.1 * f64::from(COORDINATE_LIMIT) && fits(&inverse) && fits(to_world))
+        .then_some(inverse)
 }

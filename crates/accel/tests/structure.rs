@@ -25,7 +25,7 @@ fn inspect(accel: &Accel) -> Vec<u32> {
         })
         .max()
         .map_or(0, |d| d + 1);
-    assert!(reached.iter().all(|&r| r), "an item is not part of any tree");
+    assert!(accel.triangles.is_empty() || reached.iter().all(|&r| r), "an item is not part of any tree");
     assert!(top + inner <= accel.stack_depth.max(1), "{top} + {inner} entries, {} stated", accel.stack_depth);
     assert!(accel.stack_depth <= surelight_accel::MOST_STACK);
     uses
@@ -344,4 +344,53 @@ fn far_from_the_origin_nothing_changes() {
     assert!(near.items == far.items);
     let unmoved = build(&scene, &BuildOptions::default());
     assert!(unmoved.items != far.items, "without the origin the items differ: the test can fail");
+}
+
+#[test]
+fn hostile_scenes_never_panic() {
+    let mut rng = Rng::new(71);
+    let mut kept = 0;
+    for round in 0..600 {
+        // Random bits make every kind of float; mixed with tame ones, and some sizes that only just fit.
+        let float = |rng: &mut Rng| match rng.index(if round % 2 == 0 { 4 } else { 20 }) {
+            0 => f32::from_bits(rng.bits()),
+            1 => [0.0, -0.0, 1e18, -1e18, 9e17, 1e-38, 1e-45, f32::MAX][rng.index(8)],
+            2 => (rng.unit() * 120.0 - 60.0).exp2(),
+            _ => rng.unit() * 2.0 - 1.0,
+        };
+        let vector = |rng: &mut Rng| Vec3::new(float(rng), float(rng), float(rng));
+        let meshes: Vec<Mesh> = (0..3)
+            .map(|k| {
+                let n = [3, 90, 1 + rng.index(300)][k];
+                let positions = (0..n).map(|_| vector(&mut rng)).collect();
+                let triangles = (0..n).map(|_| [0; 3].map(|_| rng.index(n) as u32)).collect();
+                Mesh { positions, triangles, ..Mesh::default() }
+            })
+            .collect();
+        let placements: Vec<(usize, DAffine3)> = (0..4)
+            .map(|k| {
+                let mut column = || vector(&mut rng).as_dvec3();
+                let to_world = DAffine3::from_cols(column(), column(), column(), column());
+                (k % 3, to_world)
+            })
+            .collect();
+        let scene = scene(meshes, &placements);
+        let origin = if round % 3 == 0 { vector(&mut rng).as_dvec3() } else { DVec3::ZERO };
+        let quality = [Quality::Fast, Quality::Medium, Quality::Slow][rng.index(3)];
+        for layout in [Layout::Binary, Layout::Wide] {
+            for instancing in [Instancing::Never, Instancing::Always] {
+                let accel = Accel::build(&scene, origin, &BuildOptions { quality, instancing, layout }).unwrap();
+                let uses = if layout == Layout::Wide { inspect_wide(&accel) } else { inspect(&accel) };
+                assert!(uses.iter().all(|&u| u >= 1));
+                kept += uses.len();
+                for _ in 0..20 {
+                    let ray = surelight_accel::Ray::new(vector(&mut rng), vector(&mut rng));
+                    if let Some(hit) = accel.intersect(&ray) {
+                        assert!((hit.prim as usize) < accel.triangles.len() && hit.t > 0.0 && hit.t < 1e30);
+                    }
+                }
+            }
+        }
+    }
+    assert!(kept > 10_000, "{kept} triangles in all");
 }

@@ -78,11 +78,12 @@ impl<'a> Writer<'a> {
         let root = self.out.items.len() as u32;
         let single = if self.tree.nodes.is_empty() { None } else { self.leaf(0) };
         if self.tree.nodes.is_empty() {
-            self.out.items.push(Item::node([Bounds::NEVER_HIT; 2], [root; 2]));
+            self.out.items.push(Item::node([Bounds::NEVER_HIT; 2], [root + 1; 2]));
+            self.out.items.push(Item::null());
         } else if let Some(leaf) = single {
             let bounds = bounds_of(&self.tree.nodes[0]);
             self.cost += f64::from(bounds.half_area());
-            self.out.items.push(Item::node([bounds, Bounds::NEVER_HIT], [root + 1, root]));
+            self.out.items.push(Item::node([bounds, Bounds::NEVER_HIT], [root + 1; 2]));
             self.write_leaf(leaf, bounds);
         } else {
             self.subtree(0);
