@@ -86,6 +86,8 @@ features! {
     orthographic,
     /// Thin lens with an aperture.
     lens,
+    /// A virtual white receiver stands in for the camera: irradiance is measured.
+    receiver,
     /// Samples are clamped (biased).
     clamp_radiance,
     /// Directions alone are sampled: the hemisphere form.

@@ -102,6 +102,9 @@ pub struct Settings {
     pub focus: Option<f32>,
     /// Clamp of a sample's components: biased.
     pub max_radiance: Option<f32>,
+    /// Instead of a picture, each pixel estimates the radiance that a white Lambertian point at the camera's place, facing along its
+    /// −Z, would send out: times π, the irradiance there.
+    pub receiver: bool,
     /// How much time the BVH may take.
     pub build: BuildOptions,
 }
@@ -119,6 +122,7 @@ impl Settings {
             aperture: None,
             focus: None,
             max_radiance: None,
+            receiver: false,
             build: BuildOptions::default(),
         }
     }
@@ -254,6 +258,7 @@ fn decide(
         environment_map,
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
         lens: settings.aperture.is_some_and(|a| a > 0.0) && matches!(camera.projection, Projection::Perspective { .. }),
+        receiver: settings.receiver,
         clamp_radiance: settings.max_radiance.is_some(),
         hemisphere: matches!(settings.integrator, Integrator::Hemisphere(_)),
         area: settings.integrator == Integrator::Area,
