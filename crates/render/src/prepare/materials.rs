@@ -70,9 +70,10 @@ pub(crate) enum Slot {
     Transmission,
 }
 
-/// Whether a microfacet lobe can be seen: a metal, or a dielectric with an index other than 1 and specular strength.
+/// Whether a microfacet lobe can be seen: a metal, or a dielectric with specular strength (even of index 1, since F90 is
+/// the strength, not 1).
 pub(crate) fn is_glossy(m: &Material) -> bool {
-    !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || (m.specular > 0.0 && m.ior != 1.0))
+    !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0)
 }
 
 /// Reflectance of a dielectric at normal incidence; an index of 0 stands for 1, "infinite" (KHR_materials_ior).
