@@ -15,8 +15,8 @@ pub(crate) fn listen() {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(KILLED_BY_INTERRUPT);
         }
-        // A bar may stand on this line.
-        console::note("\nstopping: the image so far will be written; once more ends at once");
+        let bar = if console::watched() { "\n" } else { "" }; // one may stand on this line
+        console::note(&format!("{bar}stopping: the image so far will be written; once more ends at once"));
     });
     if let Err(error) = heard {
         console::note(&format!("warning: Ctrl-C will not save the image: {error}"));

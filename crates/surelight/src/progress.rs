@@ -32,7 +32,7 @@ fn sentence(status: &render::Progress, goal: Goal) -> String {
             let samples = (status.share.unwrap_or(0.0) * f64::from(target)).floor();
             format!("{samples} of {target} samples a pixel")
         }
-        None => format!("{} samples a pixel", status.spp),
+        None => samples_a_pixel(status.spp.into()),
     };
     if status.counts.rays > 0 {
         text += &format!(", {:.3} Mrays/s", Significant(mega_rate(status.counts.rays, status.seconds)));
@@ -89,7 +89,7 @@ impl Progress {
                 bar.set_message("");
             }
             Self::Log { .. } => {
-                let samples = goal.spp.map_or(String::new(), |spp| format!(", {spp} samples a pixel"));
+                let samples = goal.spp.map_or(String::new(), |spp| format!(", {}", samples_a_pixel(spp.into())));
                 console::note(&format!("tracing {width}x{height} pixels{samples} on {adapter}"));
             }
         }
@@ -119,6 +119,12 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// "1 sample a pixel", "2 samples a pixel".
+pub(crate) fn samples_a_pixel(count: u64) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} sample{plural} a pixel")
 }
 
 /// Millions a second.

@@ -56,13 +56,15 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
 
     progress.stage("building the BVH of", &args.scene);
     let prepared = loaded.prepare(args)?;
-    let mut film = new_film(loaded.view.size)?;
     seconds.bvh = stages.end()?;
 
     progress.stage("compiling the kernel for", &args.scene);
     let mut renderer = Renderer::new(&device, &prepared)?;
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
+
+    let mut film = new_film(loaded.view.size)?;
+    stages.end()?; // of no stage: it counts in the total alone
 
     let goal = Goal {
         spp: args.spp.or(args.time.is_none().then_some(DEFAULT_SPP)),

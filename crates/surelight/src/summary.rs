@@ -129,7 +129,7 @@ impl Display for Summary {
             (Stop::Time, target) => write!(f, "{} when the time was up", Of(target))?,
             (Stop::Interrupt, target) => write!(f, "{} when interrupted", Of(target))?,
         }
-        writeln!(f, "; {} million paths, {} million rays", millions(self.paths), millions(self.rays))?;
+        writeln!(f, "; {} paths, {} rays", Count(self.paths), Count(self.rays))?;
         writeln!(
             f,
             "seconds   load {:.2}, device {:.2}, BVH {:.2}, compile {:.2}, trace {:.2}, write {:.2}; {:.2} in all",
@@ -188,8 +188,16 @@ impl Display for Percent {
     }
 }
 
-fn millions(count: u64) -> String {
-    format!("{:.3}", Significant(count as f64 / 1e6))
+/// "1024", "3.69 million".
+struct Count(u64);
+
+impl Display for Count {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            count @ 0..100_000 => write!(f, "{count}"),
+            count => write!(f, "{:.3} million", Significant(count as f64 / 1e6)),
+        }
+    }
 }
 
 #[cfg(test)]
