@@ -31,26 +31,26 @@ pub fn glass() -> Scene {
     let mut b = Builder::new("glass");
     let floor = b.material(lambert("floor", [0.74, 0.71, 0.66]));
     let clear = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
-    let tinted = Volume { attenuation_distance: 0.16, attenuation_color: [0.12, 0.62, 0.58] };
+    let tinted = Volume { attenuation_distance: 0.3, attenuation_color: [0.12, 0.62, 0.58] };
     let ball = b.material(clear_glass("clear glass", IOR, clear));
     let slab = b.material(clear_glass("tinted glass", IOR, tinted));
-    let key = b.material(emitter("lamp", [62.0, 56.0, 48.0]));
-    let fill = b.material(emitter("panel", [1.2, 1.5, 2.0]));
+    let key = b.material(emitter("lamp", [80.0, 72.0, 61.0]));
+    let fill = b.material(emitter("panel", [1.7, 2.0, 2.5]));
 
     b.add("floor", Shape::cyclorama(6.0, 4.0, 2.4, 1.2, 5.0), floor);
     // The glass stands a hair above the floor: coincident surfaces would be a matter of chance.
     let gap = 1e-3;
-    let at = DVec3::new(-0.62, BALL_RADIUS + gap, 0.05);
+    let at = DVec3::new(-0.68, BALL_RADIUS + gap, 0.0);
     b.add("ball", Shape::icosphere(4).placed(BALL_RADIUS, at), ball);
 
-    let turn = DQuat::from_rotation_y(-0.55);
+    let turn = DQuat::from_rotation_y(-0.35);
     let plate = Shape::cuboid(DVec3::new(-0.42, 0.0, -0.06), DVec3::new(0.42, 0.9, 0.06));
-    let at = DVec3::new(0.72, gap, -0.35);
+    let at = DVec3::new(0.78, gap, -0.25);
     b.add("slab", plate.transformed(&DAffine3::from_rotation_translation(turn, at)), slab);
 
     // The lens leans with its axis towards the lamp.
-    let lamp = DVec3::new(-1.1, 3.0, 1.3);
-    let lens_at = DVec3::new(0.42, 0.25, 0.75);
+    let lamp = DVec3::new(-1.5, 2.9, -2.0);
+    let lens_at = DVec3::new(0.34, 0.26, 0.70);
     let axis = DQuat::from_rotation_arc(DVec3::Y, (lamp - lens_at).normalize());
     let lens = Shape::lens(0.55, 0.3, 10, 64);
     b.add("lens", lens.transformed(&DAffine3::from_rotation_translation(axis, lens_at)), ball);
@@ -73,6 +73,6 @@ pub fn glass() -> Scene {
         b.add(&format!("bar {index}"), Shape::cuboid(lo, lo + DVec3::new(0.26, height, 0.16)), material);
     }
 
-    b.camera(DVec3::new(0.25, 1.45, 3.9), DVec3::new(0.02, 0.40, 0.0), 29.0, 1.5);
+    b.camera(DVec3::new(0.25, 1.45, 3.9), DVec3::new(0.05, 0.36, 0.0), 28.0, 1.5);
     b.finish()
 }

@@ -33,14 +33,14 @@ const PALETTE: [[f32; 3]; 8] = [
 ];
 
 const SMALL_STRENGTH: f32 = 2.75;
-const LARGE_RADIANCE: [f32; 3] = [20.0, 11.0, 4.5];
+const LARGE_RADIANCE: [f32; 3] = [38.0, 21.0, 8.5];
 const HALF_WIDTH: f64 = 14.0;
 const WATER: f64 = 0.0;
 
 /// The scene: a terrain of 64 × 64 cells, a lake, the lanterns.
 pub fn many_lights() -> Scene {
     let mut b = Builder::new("many-lights");
-    let ground = b.material(lambert("snow", [0.80, 0.82, 0.86]));
+    let ground = b.material(lambert("snow", [0.86, 0.88, 0.92]));
     let terrain = Shape::height_field(64, |x, z| height(x * HALF_WIDTH, z * HALF_WIDTH) / HALF_WIDTH);
     b.add("terrain", terrain.placed(HALF_WIDTH, DVec3::ZERO), ground);
     let water = b.material(Material {

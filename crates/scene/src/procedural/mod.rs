@@ -85,7 +85,7 @@ pub const GALLERY: &[Entry] = &[
     Entry {
         name: "many-lights",
         shows: "A valley at night under 2,000 glowing triangles, a dozen lanterns dominating.",
-        known: "Each lantern's power is π·L·A, all together (341.7, 191.8, 106.9). Light adds: the picture is the sum \
+        known: "Each lantern's power is π·L·A, all together (562.8, 314.7, 156.1). Light adds: the picture is the sum \
                 of those with one lantern lit. The picture itself has no closed form.",
         build: many_lights::many_lights,
     },

@@ -27,7 +27,7 @@ pub const ROWS: usize = 5;
 
 /// What is known about [`sky`] in closed form.
 pub const SKY_KNOWN: &str = "A horizontal floor under the open sky receives Σ L·cosθ·ΔΩ over the upper texels: \
-                             (1.517, 1.658, 2.363).";
+                             (0.986, 1.077, 1.536).";
 
 /// Direction of the sun in [`sky`].
 const SUN: DVec3 = DVec3::new(-0.52, 0.62, 0.59);
@@ -57,7 +57,7 @@ pub fn spheres() -> Scene {
     }
     let studio = b.material(lambert("studio", [0.30, 0.31, 0.33]));
     b.add("studio", Shape::cyclorama(16.0, 8.0, 6.0, 2.5, 12.0), studio);
-    let light = b.material(emitter("soft box", [8.0, 7.7, 7.2]));
+    let light = b.material(emitter("soft box", [7.0, 6.7, 6.3]));
     let middle = DVec3::new(0.0, 2.4, -0.7);
     b.add("soft box", Shape::panel(DVec3::new(4.5, 9.5, 8.0), middle, 3.4, 2.2), light);
     let strip = b.material(emitter("strip", [2.4, 3.0, 3.9]));
@@ -112,5 +112,5 @@ fn sky_radiance(d: DVec3) -> DVec3 {
     let glow = DVec3::new(1.0, 0.72, 0.42) * (0.9 * toward_sun.powi(24));
     let disc =
         DVec3::new(95.0, 78.0, 56.0) * smoothstep(5.0f64.to_radians().cos(), 2.5f64.to_radians().cos(), toward_sun);
-    base + glow + disc
+    (base + glow + disc) * 0.65
 }
