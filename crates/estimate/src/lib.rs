@@ -4,6 +4,19 @@
 //! Names follow Bala's lecture "Monte Carlo Rendering" (CS 6620): a *primary estimator* is f(x)/p(x) of one sample, a
 //! *secondary estimator* the mean of N of them, with variance σ²/N. Every function names its source; arguments outside
 //! a function's domain give NaN unless an error is documented.
+//!
+//! ```
+//! use surelight_estimate::{Estimate, Moments, student_t_half_width, welch_test};
+//!
+//! // The lecture's example: ∫₀¹ 5x⁴ dx = 1 by four uniform samples.
+//! let samples: Moments = [0.86f64, 0.41, 0.02, 0.38].into_iter().map(|x| 5.0 * x.powi(4)).collect();
+//! let error = samples.variance_of_mean().sqrt();
+//! assert!((samples.mean() - 0.75).abs() < 0.005);
+//! // At 95 % the interval is wide, and holds the truth.
+//! assert!((samples.mean() - 1.0).abs() < student_t_half_width(0.95, error, 3.0));
+//! let measured = Estimate { mean: samples.mean(), variance: error * error, dof: 3.0 };
+//! assert!(welch_test(&measured, &Estimate::exact(1.0)).p > 0.05);
+//! ```
 
 mod bounds;
 mod distributions;

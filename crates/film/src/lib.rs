@@ -10,6 +10,22 @@
 //!
 //! Pixels are counted row by row from the top left: index `y * width + x`.
 //! Radiance is linear Rec. 709 (W·sr⁻¹·m⁻² or nit, as the scene's emitters are given).
+//!
+//! ```
+//! use surelight_film::Film;
+//!
+//! // Two pixels, four batches of two samples each; a lane's sum is red, green, blue and one number that is ignored.
+//! let mut film = Film::new(2, 1);
+//! for batch in [1.0, 2.0, 3.0, 4.0] {
+//!     film.add_batch(2, &[0, 1], &[[2.0 * batch; 4], [2.0; 4]])?;
+//! }
+//! assert_eq!(film.mean(0), [2.5; 3]);
+//! // Batch means 1, 2, 3, 4 have the variance 5/3, and their mean a quarter of it.
+//! let variance = film.variance_of_mean(0).unwrap_or_default()[0];
+//! assert!((variance - 5.0 / 12.0).abs() < 1e-12);
+//! assert_eq!(film.variance_of_mean(1), Some([0.0; 3]));
+//! # Ok::<(), surelight_film::FilmError>(())
+//! ```
 
 mod atomic;
 pub mod compare;

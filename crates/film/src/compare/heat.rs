@@ -1,6 +1,6 @@
 //! Where two pictures differ, as a picture.
 
-use super::Picture;
+use super::{Picture, beyond_rounding};
 use crate::{linear_to_srgb, to_u8};
 
 /// Standard errors, where variances are known, at which the colour is full.
@@ -29,7 +29,7 @@ pub fn heat_color(amount: f64) -> [u8; 3] {
 /// Heat map of a − b, one colour a pixel: warm where `a` is brighter, cool where it is darker, magenta where a value is not finite.
 ///
 /// The amount is that of the channel that differs most: in standard errors of the difference, full at 5, where both pictures know their
-/// variance; else (a − b)/(|a| + |b| + 0.01), full at a half. The pictures must have the same size.
+/// variance; else (a − b)/(|a| + |b| + 0.01), full at a half. Differences of rounding count as none. The pictures must have the same size.
 pub fn heat_map(a: &Picture, b: &Picture) -> Vec<[u8; 3]> {
     let count = (a.width * a.height).min(b.width * b.height);
     (0..count)
@@ -37,7 +37,7 @@ pub fn heat_map(a: &Picture, b: &Picture) -> Vec<[u8; 3]> {
             let variances = a.pixel_variance(i).zip(b.pixel_variance(i));
             let mut worst = 0.0f64;
             for (channel, (x, y)) in a.pixel(i).into_iter().zip(b.pixel(i)).enumerate() {
-                let d = x - y;
+                let d = beyond_rounding(x, y);
                 let amount = match variances {
                     Some((va, vb)) if d != 0.0 => d / (va[channel] + vb[channel]).sqrt() / FULL_ERRORS,
                     Some(_) => 0.0,

@@ -88,6 +88,19 @@ impl<'a> Picture<'a> {
     }
 }
 
+/// Differences of this many units in the last place of an f32 are rounding, not bias.
+const ULPS: f64 = 4.0;
+
+/// The part of a − b that rounding to f32 cannot explain, with its sign.
+fn beyond_rounding(a: f64, b: f64) -> f64 {
+    let difference = a - b;
+    if !difference.is_finite() {
+        return difference;
+    }
+    let rounding = ULPS * f64::from(f32::EPSILON) * a.abs().max(b.abs());
+    (difference.abs() - rounding).max(0.0).copysign(difference)
+}
+
 /// How to compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareOptions {

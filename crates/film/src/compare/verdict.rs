@@ -12,10 +12,7 @@ use surelight_estimate::{
     Estimate, WelchTest, detectable_bias, satterthwaite, sidak_level, student_t_quantile, welch_test,
 };
 
-use super::{CompareOptions, Picture};
-
-/// Differences of this many units in the last place of an f32 are rounding, not bias.
-const ULPS: f64 = 4.0;
+use super::{CompareOptions, Picture, beyond_rounding};
 
 /// A tile that differs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,12 +87,9 @@ impl Pool {
 
 /// Welch's test of what is left of the difference after rounding.
 fn test([a, b]: [Estimate; 2]) -> WelchTest {
-    let rounding = ULPS * f64::from(f32::EPSILON) * a.mean.abs().max(b.mean.abs());
-    let difference = a.mean - b.mean;
-    let left = (difference.abs() - rounding).max(0.0).copysign(difference);
-    let shifted = Estimate { mean: left, ..a };
+    let shifted = Estimate { mean: beyond_rounding(a.mean, b.mean), ..a };
     let test = welch_test(&shifted, &Estimate { mean: 0.0, ..b });
-    WelchTest { difference, ..test }
+    WelchTest { difference: a.mean - b.mean, ..test }
 }
 
 /// The smallest bias relative to the reference that a test at `level` finds nine times in ten; `None` where the reference is black.
