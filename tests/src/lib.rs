@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod bsdf_oracle;
 pub mod features;
+pub mod light;
 pub mod probe;
 pub mod random;
 pub mod render;

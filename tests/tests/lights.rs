@@ -1,0 +1,210 @@
+//! Sampling of lights: which one, and where on it, follow the pdf that is claimed; the value is the light's over that pdf.
+
+use glam::{DVec3, Vec3};
+use surelight_estimate::{chi_squared_test, sidak_level};
+use surelight_render::Settings;
+use surelight_scene::{Light, LightKind, Scene, procedural::shapes::Shape};
+use surelight_tests::light::{Query, Sample, probe, random_queries};
+use surelight_tests::render::{ALPHA, prepare};
+use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
+
+const SAMPLES: usize = 1_000_000;
+/// Where light is asked for: before all the lamps.
+const POSITION: [f32; 3] = [0.1, -0.2, 0.3];
+
+/// A lamp of the test: corners relative to the camera at the origin, and radiance.
+struct Lamp {
+    corners: [DVec3; 3],
+    radiance: [f32; 3],
+}
+
+/// Triangles of very different power, turned towards the origin; the first two of them one square.
+fn lamps() -> Vec<Lamp> {
+    let lamp = |center: [f64; 3], half: f64, radiance: [f32; 3]| {
+        let center = DVec3::from(center);
+        let side = center.any_orthonormal_vector() * half;
+        let up = side.cross(center).normalize() * half;
+        let corner = |a: f64, b: f64| center + side * a + up * b;
+        let (a, b, c, d) = (corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0));
+        [Lamp { corners: [a, b, c], radiance }, Lamp { corners: [a, c, d], radiance }]
+    };
+    [
+        lamp([2.0, 1.0, 0.5], 0.5, [1.0; 3]),
+        lamp([-3.0, 0.2, 0.1], 0.1, [10.0, 5.0, 0.0]),
+        lamp([0.5, 2.5, -2.0], 1.0, [0.01, 0.02, 0.03]),
+        lamp([0.0, -3.0, 1.0], 0.3, [0.0, 0.0, 4.0]),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+const POINT: DVec3 = DVec3::new(1.5, -1.0, 2.5);
+
+fn scene(lamps: &[Lamp]) -> Scene {
+    let mut scene = Scene { name: "lamps".into(), ..Scene::default() };
+    for lamp in lamps {
+        let shape = Shape { positions: lamp.corners.to_vec(), triangles: vec![[0, 1, 2]], ..Shape::default() };
+        let [a, b, c] = lamp.corners;
+        assert!((b - a).cross(c - a).dot(a) < 0.0, "lamps shine at the origin");
+        add(&mut scene, shape, emitter(lamp.radiance));
+    }
+    // Something that is no light.
+    add(&mut scene, Shape::parallelogram(DVec3::Z * -5.0, DVec3::X, DVec3::Y), lambert([0.5; 3]));
+    scene.lights.push(Light { name: String::new(), kind: LightKind::Point { position: POINT }, intensity: [0.3; 3] });
+    scene.environment = Some(map(8, 4, |x, y| [0.01 * (1 + x + y) as f32; 3]));
+    scene.cameras = vec![pinhole(look_at(DVec3::ZERO, DVec3::Z, DVec3::Y), 60.0)];
+    scene
+}
+
+/// What a sample chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Chosen {
+    /// A lamp, with the barycentric weights of the point.
+    Lamp(usize, f64, f64),
+    Point,
+    Environment,
+}
+
+fn chosen(lamps: &[Lamp], s: &Sample) -> Chosen {
+    if s.distance > 1e30 {
+        return Chosen::Environment;
+    }
+    let p = DVec3::from(s.target.map(f64::from));
+    if (p - POINT).length() < 1e-5 {
+        return Chosen::Point;
+    }
+    let inside = |lamp: &Lamp| {
+        let [a, b, c] = lamp.corners;
+        let (e1, e2) = (b - a, c - a);
+        let n = e1.cross(e2);
+        let (b1, b2) = ((p - a).cross(e2).dot(n) / n.dot(n), e1.cross(p - a).dot(n) / n.dot(n));
+        let off = (p - a).dot(n.normalize()).abs();
+        (off < 1e-4 && b1 > -1e-4 && b2 > -1e-4 && b1 + b2 < 1.0 + 1e-4).then_some((b1, b2))
+    };
+    let found = lamps.iter().enumerate().find_map(|(k, lamp)| inside(lamp).map(|(b1, b2)| Chosen::Lamp(k, b1, b2)));
+    found.unwrap_or_else(|| panic!("{s:?} lies on no lamp"))
+}
+
+/// One of 16 parts of a triangle, alike in area.
+fn part(b1: f64, b2: f64) -> usize {
+    let (x, y) = ((4.0 * b1.clamp(0.0, 1.0 - 1e-9)), (4.0 * b2.clamp(0.0, 1.0 - 1e-9)));
+    let (i, j) = (x as usize, y as usize);
+    let upper = x.fract() + y.fract() > 1.0 && i + j < 3;
+    // Rows of 7, 5, 3 and 1 small triangles.
+    let row = [0, 7, 12, 15][j.min(3)];
+    (row + 2 * i.min(3 - j.min(3)) + usize::from(upper)).min(15)
+}
+
+/// Solid-angle pdf as area pdf.
+fn area_pdf(lamp: &Lamp, s: &Sample) -> f64 {
+    let [a, b, c] = lamp.corners;
+    let n = (b - a).cross(c - a).normalize();
+    let p = DVec3::from(s.target.map(f64::from)) - DVec3::from(POSITION.map(f64::from));
+    f64::from(s.pdf) * n.dot(p.normalize()).abs() / p.length_squared()
+}
+
+#[test]
+fn choice_and_points_follow_the_pdf() {
+    let lamps = lamps();
+    let prepared = prepare(&scene(&lamps), &Settings::new(8, 8));
+    let samples = probe(&prepared, "probe_light", &random_queries(POSITION, SAMPLES, 1));
+    let all: Vec<_> = samples.iter().map(|s| (s, chosen(&lamps, s))).collect();
+
+    // Probability of each kind, as the samples claim it.
+    let (mut observed, mut expected) = (Vec::new(), Vec::new());
+    let mut tests = Vec::new();
+    for (k, lamp) in lamps.iter().enumerate() {
+        let own: Vec<_> = all
+            .iter()
+            .filter_map(
+                |(s, c)| if let Chosen::Lamp(of, b1, b2) = c { (*of == k).then_some((s, *b1, *b2)) } else { None },
+            )
+            .collect();
+        let [a, b, c] = lamp.corners;
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let density = area_pdf(lamp, own.first().expect("each lamp is chosen").0);
+        let mut parts = [0u64; 16];
+        for (s, b1, b2) in &own {
+            assert!((area_pdf(lamp, s) / density - 1.0).abs() < 2e-4, "lamp {k}: the area pdf is not uniform: {s:?}");
+            for c in 0..3 {
+                let value = f64::from(s.radiance[c]) * f64::from(s.pdf);
+                let exact = f64::from(lamp.radiance[c]);
+                assert!((value - exact).abs() <= 1e-5 * exact, "lamp {k} shines {value}, not {exact}");
+            }
+            parts[part(*b1, *b2)] += 1;
+        }
+        tests.push((format!("points of lamp {k}"), parts.to_vec(), vec![own.len() as f64 / 16.0; 16]));
+        observed.push(own.len() as u64);
+        expected.push(density * area * SAMPLES as f64);
+    }
+    // What a point light brings over its true irradiance is one over its probability.
+    let r2 = (POINT - DVec3::from(POSITION.map(f64::from))).length_squared();
+    let points: Vec<_> = all.iter().filter(|(_, c)| *c == Chosen::Point).collect();
+    let value = f64::from(points.first().expect("the point light is chosen").0.radiance[0]);
+    observed.push(points.len() as u64);
+    expected.push(0.3 / r2 / value * SAMPLES as f64);
+    assert!(points.iter().all(|(s, _)| s.pdf == 0.0), "a point has no solid angle");
+    // And the environment's pdf over what the map alone claims is its probability.
+    let skies: Vec<_> = all.iter().filter(|(_, c)| *c == Chosen::Environment).map(|(s, _)| *s).collect();
+    let directions: Vec<_> = skies.iter().take(64).map(|s| Query::towards(s.direction())).collect();
+    let alone = probe(&prepared, "probe_environment_eval", &directions);
+    observed.push(skies.len() as u64);
+    expected.push(f64::from(skies[0].pdf) / f64::from(alone[0].pdf) * SAMPLES as f64);
+    for (s, map) in skies.iter().zip(&alone) {
+        let exact = map.radiance[0] / s.pdf;
+        assert!((s.radiance[0] / exact - 1.0).abs() < 1e-4, "{s:?} against {map:?}");
+    }
+
+    let total: f64 = expected.iter().sum();
+    assert!((total / SAMPLES as f64 - 1.0).abs() < 1e-4, "probabilities add up to {}", total / SAMPLES as f64);
+    let level = sidak_level(ALPHA, tests.len() + 1);
+    tests.push(("choice of a light".into(), observed, expected));
+    for (name, observed, expected) in tests {
+        let test = chi_squared_test(&observed, &expected, 5.0).unwrap_or_else(|e| panic!("{name}: {e}"));
+        println!("{name}: {} samples, χ² p = {:.4}", observed.iter().sum::<u64>(), test.p);
+        assert!(test.p > level, "{name}: {observed:?} instead of {expected:?}, p = {:.1e}", test.p);
+    }
+}
+
+/// Power decides: with every lamp alike, each is as likely as its luminance times its area.
+#[test]
+fn choice_is_by_power() {
+    let lamps = lamps();
+    let prepared = prepare(&scene(&lamps), &Settings::new(8, 8));
+    let samples = probe(&prepared, "probe_light", &random_queries(POSITION, 20_000, 2));
+    let mut per_power = Vec::new();
+    for (k, lamp) in lamps.iter().enumerate() {
+        let Some(s) = samples.iter().find(|s| matches!(chosen(&lamps, s), Chosen::Lamp(of, ..) if of == k)) else {
+            continue;
+        };
+        let luminance: f64 = lamp.radiance.iter().zip([0.2126, 0.7152, 0.0722]).map(|(&r, w)| f64::from(r) * w).sum();
+        per_power.push(area_pdf(lamp, s) / luminance);
+    }
+    assert!(per_power.len() > 4);
+    for ratio in &per_power {
+        assert!((ratio / per_power[0] - 1.0).abs() < 1e-4, "{per_power:?}");
+    }
+}
+
+/// The ends of the random numbers' range give points on the lights.
+#[test]
+fn endpoints_are_finite() {
+    let lamps = lamps();
+    let prepared = prepare(&scene(&lamps), &Settings::new(8, 8));
+    let last = 1.0 - f32::EPSILON / 2.0;
+    let mut queries = Vec::new();
+    for choice in (0..=64u64).map(|k| (k << 26).min(u64::from(u32::MAX)) as u32).flat_map(|c| [c, c.wrapping_sub(1)]) {
+        for u in [0.0, 0.5, last] {
+            queries.extend([0.0, 0.5, last].map(|v| Query::with(POSITION, choice, [u, v])));
+        }
+    }
+    for s in probe(&prepared, "probe_light", &queries) {
+        chosen(&lamps, &s);
+        assert!(s.radiance.iter().all(|r| r.is_finite() && *r >= 0.0) && s.pdf.is_finite(), "{s:?}");
+        assert!((Vec3::from(s.direction).length() - 1.0).abs() < 1e-5, "{s:?}");
+    }
+    for s in probe(&prepared, "probe_environment_sample", &queries) {
+        assert!(s.pdf > 0.0 && s.pdf.is_finite() && (s.direction().length() - 1.0).abs() < 1e-5, "{s:?}");
+    }
+}
