@@ -1,40 +1,23 @@
 //! Accessors: typed elements out of buffer views, with strides, normalised integers, sparse parts and implied zeros.
 
+use gltf::json::accessor::{self, Type};
+
 use super::buffers::{Buffers, range};
 use super::document::{Accessor, Document, Int, Sparse, get};
 use super::error::{Fault, Result};
+pub(crate) use gltf::json::accessor::ComponentType as Component;
 
-/// Component types by their OpenGL numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn parse(value: Int, place: &str) -> Result<Self> {
-        Ok(match value.0 {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            other => return Err(Fault::invalid(place, format!("has the unknown component type {other}"))),
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
+/// What a component type of the JSON says.
+fn component(value: Int, place: &str) -> Result<Component> {
+    Ok(match u32::try_from(value.0) {
+        Ok(accessor::BYTE) => Component::I8,
+        Ok(accessor::UNSIGNED_BYTE) => Component::U8,
+        Ok(accessor::SHORT) => Component::I16,
+        Ok(accessor::UNSIGNED_SHORT) => Component::U16,
+        Ok(accessor::UNSIGNED_INT) => Component::U32,
+        Ok(accessor::FLOAT) => Component::F32,
+        _ => return Err(Fault::invalid(place, format!("has the unknown component type {}", value.0))),
+    })
 }
 
 /// An accessor whose type, component type and count are known to make sense; its bytes are not yet looked at.
@@ -81,24 +64,37 @@ pub(crate) struct Accessors<'a> {
 }
 
 impl<'a> Accessors<'a> {
-    /// Looks an accessor up and checks its type; `user` is the object that refers to it.
+    /// Looks an accessor of vectors up and checks its type; `user` is the object that refers to it.
     pub(crate) fn typed(&self, index: Int, user: &str) -> Result<Typed<'a>> {
+        let typed = self.any(index, user)?;
+        match typed.json.kind.as_str() {
+            "MAT4" => Err(Fault::invalid(format!("accessor {}", typed.index), "is a MAT4, where a vector is needed")
+                .used_by(user)),
+            _ => Ok(typed),
+        }
+    }
+
+    /// The same for whatever can be read: vectors and 4×4 matrices.
+    pub(crate) fn any(&self, index: Int, user: &str) -> Result<Typed<'a>> {
         let json = get(&self.document.accessors, index, "accessor", user)?;
         let index = index.index();
         let place = format!("accessor {index}");
-        let component = Component::parse(json.component_type, &place)?;
-        let width = match json.kind.as_str() {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            "MAT2" | "MAT3" | "MAT4" => {
+        let component = component(json.component_type, &place)?;
+        let kind = match json.kind.as_str() {
+            "SCALAR" => Type::Scalar,
+            "VEC2" => Type::Vec2,
+            "VEC3" => Type::Vec3,
+            "VEC4" => Type::Vec4,
+            "MAT4" => Type::Mat4,
+            // Columns of these are padded to four bytes, and nothing of glTF uses them.
+            "MAT2" | "MAT3" => {
                 return Err(
                     Fault::invalid(place, format!("is a {}, where a vector is needed", json.kind)).used_by(user)
                 );
             }
             other => return Err(Fault::invalid(place, format!("has the unknown type {}", super::uri::shown(other)))),
         };
+        let width = kind.multiplicity();
         // Vertex indices are 32 bits wide, in glTF and in `Mesh`.
         let count = match u32::try_from(json.count.0) {
             Ok(count) => count as usize,
@@ -166,7 +162,7 @@ impl<'a> Accessors<'a> {
             let cause = format!("replaces {count} elements by its sparse part, but has only {}", of.count);
             return Err(Fault::invalid(place, cause));
         }
-        let component = Component::parse(sparse.indices.component_type, place)?;
+        let component = component(sparse.indices.component_type, place)?;
         if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
             return Err(Fault::invalid(place, "has sparse indices that are no unsigned integers"));
         }

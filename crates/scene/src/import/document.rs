@@ -1,8 +1,10 @@
 //! The JSON of a glTF file as Rust types: only what the importer reads, and nothing checked beyond the JSON types.
 //!
-//! `gltf_json` has such types too, but cuts indices to 32 bits without a word, so that `"mesh": 4294967296` becomes mesh 0,
-//! and gives up the whole file for a mistyped optional extension. Here indices keep their 64 bits and extensions stay
-//! JSON values until a reader that knows them asks.
+//! The crate `gltf` has such types too, but cuts indices to 32 bits without a word, so that `"mesh": 4294967296` becomes
+//! mesh 0, and gives up the whole file for a mistyped optional extension. Here indices keep their 64 bits and extensions
+//! stay JSON text until a reader that knows them asks. What the numbers and names stand for (component types, modes, wrap
+//! modes, interpolations) and the usual .glb do come from `gltf`, and tests hold this crate's writer against its
+//! validation.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,5 +1,9 @@
 //! The container: a .glb's chunks, or plain JSON.
 
+use std::borrow::Cow;
+
+use gltf::binary::Glb;
+
 use super::error::{Fault, Result};
 use super::warnings::Warnings;
 
@@ -44,9 +48,28 @@ pub(crate) fn split<'a>(file: &'a [u8], warnings: &mut Warnings) -> Result<Conta
     if stated < file.len() {
         warnings.push(format!("The .glb has {} bytes after its stated end; they are ignored.", file.len() - stated));
     }
-    chunks(&file[..stated], warnings)
+    let file = &file[..stated];
+    match usual(file) {
+        Some(container) => Ok(container),
+        None => chunks(file, warnings),
+    }
 }
 
+/// A file of one JSON chunk and at most one binary chunk with nothing around them, which nearly all are. The header's
+/// length must have been checked: `Glb` subtracts from it.
+fn usual(file: &[u8]) -> Option<Container<'_>> {
+    let glb = Glb::from_slice(file).ok()?;
+    let (Cow::Borrowed(json), bin) = (glb.json, glb.bin) else { return None };
+    let bin = match bin {
+        None => None,
+        Some(Cow::Borrowed(bin)) => Some(bin),
+        Some(Cow::Owned(_)) => return None,
+    };
+    let chunks = json.len() + bin.map_or(0, |bin| 8 + bin.len());
+    (12 + 8 + chunks == file.len()).then_some(Container { json, bin })
+}
+
+/// All other files: chunks of other kinds, several of one kind, chunks cut short; says what is wrong and where.
 fn chunks<'a>(file: &'a [u8], warnings: &mut Warnings) -> Result<Container<'a>> {
     let mut json = None;
     let mut bin = None;

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use glam::{Affine2, Vec2};
+use gltf::json::texture::{CLAMP_TO_EDGE, MIRRORED_REPEAT, NEAREST, REPEAT};
 use serde::Deserialize;
 
 use super::document::{Document, Int, TextureInfo, get};
@@ -12,11 +13,6 @@ use crate::{Filter, Texture, TextureRef, Wrap};
 
 /// Coordinate sets above this are refused: every vertex would carry them all.
 pub(crate) const MAX_UV_SETS: u64 = 8;
-
-const NEAREST: u64 = 9728;
-const CLAMP_TO_EDGE: u64 = 33071;
-const MIRRORED_REPEAT: u64 = 33648;
-const REPEAT: u64 = 10497;
 
 /// A texture reference of a material with everything but its final index.
 #[derive(Clone, Debug)]
@@ -153,7 +149,7 @@ impl<'a> Binder<'a> {
                 let place = format!("sampler {}", sampler.index());
                 texture.wrap_s = wrap(json.wrap_s, &place, &mut self.warnings);
                 texture.wrap_t = wrap(json.wrap_t, &place, &mut self.warnings);
-                if json.mag_filter == Some(Int(NEAREST)) {
+                if json.mag_filter == Some(Int(u64::from(NEAREST))) {
                     texture.filter = Filter::Nearest;
                 }
             }
@@ -164,12 +160,13 @@ impl<'a> Binder<'a> {
 }
 
 fn wrap(json: Option<Int>, place: &str, warnings: &mut Warnings) -> Wrap {
-    match json.map_or(REPEAT, |v| v.0) {
-        REPEAT => Wrap::Repeat,
-        CLAMP_TO_EDGE => Wrap::ClampToEdge,
-        MIRRORED_REPEAT => Wrap::MirroredRepeat,
-        other => {
-            warnings.push(format!("The wrap mode {other} of {place} is unknown; the texture repeats."));
+    let number = json.map_or(u64::from(REPEAT), |v| v.0);
+    match u32::try_from(number) {
+        Ok(REPEAT) => Wrap::Repeat,
+        Ok(CLAMP_TO_EDGE) => Wrap::ClampToEdge,
+        Ok(MIRRORED_REPEAT) => Wrap::MirroredRepeat,
+        _ => {
+            warnings.push(format!("The wrap mode {number} of {place} is unknown; the texture repeats."));
             Wrap::Repeat
         }
     }

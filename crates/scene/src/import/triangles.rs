@@ -1,5 +1,7 @@
 //! Primitive modes: triangle lists, strips and fans, with or without indices, as one list of triangles.
 
+use gltf::json::mesh;
+
 use super::document::Int;
 
 /// The modes that have area.
@@ -20,11 +22,11 @@ pub(crate) enum Kind {
 }
 
 pub(crate) fn kind(mode: Option<Int>) -> Kind {
-    match mode.map_or(4, |m| m.0) {
-        0..=3 => Kind::Thin,
-        4 => Kind::Triangles(Mode::List),
-        5 => Kind::Triangles(Mode::Strip),
-        6 => Kind::Triangles(Mode::Fan),
+    match mode.map_or(Ok(mesh::TRIANGLES), |m| u32::try_from(m.0)) {
+        Ok(mesh::POINTS | mesh::LINES | mesh::LINE_LOOP | mesh::LINE_STRIP) => Kind::Thin,
+        Ok(mesh::TRIANGLES) => Kind::Triangles(Mode::List),
+        Ok(mesh::TRIANGLE_STRIP) => Kind::Triangles(Mode::Strip),
+        Ok(mesh::TRIANGLE_FAN) => Kind::Triangles(Mode::Fan),
         _ => Kind::Unknown,
     }
 }

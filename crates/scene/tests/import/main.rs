@@ -11,4 +11,5 @@ mod materials;
 mod meshes;
 mod nodes;
 mod round_trip;
+mod second_opinion;
 mod textures;
