@@ -59,7 +59,7 @@ impl Moments {
         if self.count < 2 { f64::NAN } else { self.m2 / (self.count - 1) as f64 }
     }
 
-    /// Variance of the samples as a whole population, Σ(x−m)²/n = E[x²] − E[x]²; NaN without samples.
+    /// Variance of the samples as a whole population, Σ(x−m)²/n, which is the mean of x² less the square of the mean; NaN without samples.
     pub fn population_variance(&self) -> f64 {
         self.m2 / self.count as f64
     }
