@@ -2,13 +2,13 @@
 
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
-use surelight_render::{Constant, Features, Prepared, Settings};
+use surelight_render::{Constant, Directions, Features, Integrator, Prepared, Sampler, Settings};
 use surelight_scene::{LoadOptions, Scene, procedural};
 
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 17] = [
+const IMPLIED: [(&str, &[&str]); 19] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -26,10 +26,21 @@ const IMPLIED: [(&str, &[&str]); 17] = [
     ("punctual_lights", &["light_sampling"]),
     ("environment_map", &["light_sampling"]),
     ("light_sampling", &["punctual_lights"]),
+    ("directions_uniform", &["hemisphere"]),
+    ("directions_cosine", &["hemisphere"]),
 ];
 
-/// No scene has both.
-const EXCLUSIVE: [(&str, &str); 2] = [("environment_uniform", "environment_map"), ("orthographic", "lens")];
+/// The hemisphere form samples no lights.
+const UNSAMPLED: [&str; 3] = ["light_sampling", "area_lights", "punctual_lights"];
+
+/// Alternatives: of each group a kernel has at most one. An empty string stands for none of them.
+const ALTERNATIVES: [&[&str]; 5] = [
+    &["environment_uniform", "environment_map"],
+    &["orthographic", "lens", "receiver"],
+    &["", "hemisphere", "area", "whitted"],
+    &["", "directions_uniform", "directions_cosine"],
+    &["", "sampler_independent", "sampler_stratified"],
+];
 
 /// Names of all features.
 pub fn names() -> Vec<&'static str> {
@@ -45,28 +56,34 @@ pub fn set(wanted: &[&str]) -> Option<Features> {
             implied.iter().for_each(|also| assert!(features.set(also, true), "no feature is called {also}"));
         }
     }
-    let on = |name| features.list().iter().any(|&(n, on, _)| n == name && on);
-    EXCLUSIVE.iter().all(|&(a, b)| !(on(a) && on(b))).then_some(features)
+    if features.hemisphere {
+        UNSAMPLED.iter().for_each(|name| assert!(features.set(name, false), "no feature is called {name}"));
+    }
+    let on = |name: &str| features.list().iter().any(|&(n, on, _)| n == name && on);
+    ALTERNATIVES.iter().all(|group| group.iter().filter(|name| on(name)).count() <= 1).then_some(features)
 }
 
-/// Everything at once, once for each choice between features that exclude each other.
+/// Everything at once, as often as it takes for each alternative to have its turn.
 pub fn everything() -> Vec<Features> {
-    let mut all = Features::default();
-    names().into_iter().for_each(|name| assert!(all.set(name, true)));
-    let mut sets = vec![all];
-    for (a, b) in EXCLUSIVE {
-        sets = sets
-            .into_iter()
-            .flat_map(|set| {
-                [a, b].map(|out| {
-                    let mut set = set;
-                    set.set(out, false);
-                    set
-                })
-            })
-            .collect();
-    }
+    let turns = ALTERNATIVES.iter().map(|group| group.len()).max().unwrap_or(1);
+    let turn = |k: usize| {
+        let chosen: Vec<_> = ALTERNATIVES.iter().map(|group| group[k % group.len()]).collect();
+        let others = |name: &&str| !ALTERNATIVES.iter().any(|group| group.contains(name));
+        let mut wanted: Vec<_> = names().into_iter().filter(others).collect();
+        wanted.extend(chosen.into_iter().filter(|name| !name.is_empty()));
+        set(&wanted)
+    };
+    // Ways to sample directions go with one estimator alone.
+    let sets: Vec<_> = (0..3 * turns).filter_map(turn).collect();
+    assert!(sets.len() > turns, "too few sets have everything");
     sets
+}
+
+/// Features that a scene may lack in the general kernel: what the device or the settings choose instead.
+pub fn chosen_elsewhere() -> Vec<&'static str> {
+    let mut names: Vec<_> = ALTERNATIVES.iter().flat_map(|group| group.iter().copied()).collect();
+    names.push("items_image");
+    names
 }
 
 /// Constants that a kernel of any features composes with.
@@ -103,7 +120,14 @@ pub fn shipped() -> Vec<(Features, Vec<String>)> {
         let settings = [
             ("", plain.clone()),
             (" --max-bounces 0", Settings { max_bounces: Some(0), ..plain.clone() }),
-            (" --aperture --max-radiance", Settings { aperture: Some(0.1), max_radiance: Some(1.0), ..plain }),
+            (" --aperture --max-radiance", Settings { aperture: Some(0.1), max_radiance: Some(1.0), ..plain.clone() }),
+            (
+                " --integrator hemisphere",
+                Settings { integrator: Integrator::Hemisphere(Directions::Cosine), ..plain.clone() },
+            ),
+            (" --integrator area", Settings { integrator: Integrator::Area, ..plain.clone() }),
+            (" --integrator whitted", Settings { integrator: Integrator::Whitted, ..plain.clone() }),
+            (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain }),
         ];
         for (options, settings) in settings {
             let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));

@@ -10,3 +10,4 @@ pub mod render;
 pub mod scenes;
 pub mod sphere;
 pub mod walk;
+pub mod welch;

@@ -91,6 +91,15 @@ impl<'a> Renderer<'a> {
 
     /// Likewise, choosing whether accesses are checked.
     pub fn with_checks(device: &'a Device, prepared: &Prepared, checks: Checks) -> Result<Self, RenderError> {
+        Self::build(device, prepared, checks, if device.info.is_cpu { CPU_LANES } else { GPU_LANES })
+    }
+
+    /// Likewise, choosing about how many lanes are traced at once: one row of 8×8 blocks at least. The picture is the same.
+    pub fn with_lanes(device: &'a Device, prepared: &Prepared, lanes: u32) -> Result<Self, RenderError> {
+        Self::build(device, prepared, Checks::default(), lanes)
+    }
+
+    fn build(device: &'a Device, prepared: &Prepared, checks: Checks, wanted: u32) -> Result<Self, RenderError> {
         let started = Instant::now();
         let mut features = prepared.features;
         features.items_image = device.info.is_cpu;
@@ -103,7 +112,6 @@ impl<'a> Renderer<'a> {
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let state_bytes = RecordLayout::of(&shader, "PathState").map_or(256, |l| l.span);
         let lane_limit = (device.info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
-        let wanted = if device.info.is_cpu { CPU_LANES } else { GPU_LANES };
         let tiles = Tile::bands([0, 0], [width, height], wanted.min(lane_limit));
         let most_lanes = tiles.iter().map(|t| t.lanes(threads)).max().unwrap_or(GROUP);
         let most_batches = (device.info.max_binding / (16 * u64::from(most_lanes))).clamp(1, 16) as u32;

@@ -1,0 +1,99 @@
+//! Samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
+//! are the same; with another seed they are not.
+
+use surelight_film::Film;
+use surelight_render::{Prepared, Renderer, Settings};
+use surelight_scene::procedural;
+use surelight_tests::render::{all, bits, device, prepare};
+
+const SIZE: [u32; 2] = [48, 40];
+const BATCHES: u32 = 12;
+
+fn cornell(seed: u32) -> Prepared {
+    prepare(&procedural::cornell_box::cornell_box(), &Settings { seed, ..Settings::new(SIZE[0], SIZE[1]) })
+}
+
+/// Traces passes of so many batches, one after the other.
+fn passes(renderer: &mut Renderer<'_>, sizes: &[u32]) -> Film {
+    let mut film = Film::new(SIZE[0], SIZE[1]);
+    let mut first = 0;
+    for &batches in sizes {
+        assert!(renderer.trace(&mut film, first, batches, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}")));
+        first += batches;
+    }
+    assert_eq!(first, BATCHES);
+    film
+}
+
+#[test]
+fn however_batches_are_cut_into_passes() {
+    let prepared = cornell(3);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let whole = passes(&mut renderer, &[BATCHES]);
+    let lit = all(&whole).filter(|&i| whole.mean(i)[0] > 0.0).count();
+    assert!(lit > whole.pixels().len() / 2, "only {lit} pixels are lit");
+    for sizes in [&[1; BATCHES as usize][..], &[5, 7], &[1, 2, 4, 5], &[BATCHES]] {
+        // The renderer's step budget has grown meanwhile: dispatches are cut elsewhere.
+        assert!(bits(&passes(&mut renderer, sizes)) == bits(&whole), "passes of {sizes:?} batches differ");
+    }
+    let mut fresh = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    assert!(bits(&passes(&mut fresh, &[BATCHES])) == bits(&whole), "a second renderer differs");
+}
+
+/// Batches may come in any order: the film's totals are wide enough.
+#[test]
+fn in_whatever_order() {
+    let prepared = cornell(4);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let mut film = |order: &[u32]| {
+        let mut film = Film::new(SIZE[0], SIZE[1]);
+        for &batch in order {
+            renderer.trace(&mut film, batch, 1, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        }
+        all(&film).map(|i| film.mean(i).map(|v| v as f32)).collect::<Vec<_>>()
+    };
+    assert_eq!(film(&[0, 1, 2, 3, 4, 5]), film(&[3, 5, 1, 0, 4, 2]));
+}
+
+/// A pass that is stopped leaves nothing behind; done again it gives the same.
+#[test]
+fn after_an_interruption() {
+    let prepared = cornell(5);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let whole = passes(&mut renderer, &[BATCHES]);
+    let mut film = Film::new(SIZE[0], SIZE[1]);
+    let mut fresh = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let stopped = fresh.trace(&mut film, 0, BATCHES, 4, &mut |_| false).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!stopped && film.samples(0) == 0);
+    assert!(bits(&passes(&mut fresh, &[BATCHES])) == bits(&whole));
+}
+
+#[test]
+fn however_the_picture_is_cut_into_tiles() {
+    let prepared = cornell(6);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let whole = passes(&mut renderer, &[BATCHES]);
+    for most_lanes in [1, 500, 1000] {
+        let mut tiled = Renderer::with_lanes(device(), &prepared, most_lanes).unwrap_or_else(|e| panic!("{e}"));
+        assert!(tiled.lanes() < renderer.lanes(), "{most_lanes} lanes make no tiles");
+        assert!(bits(&passes(&mut tiled, &[BATCHES])) == bits(&whole), "tiles of {most_lanes} lanes differ");
+    }
+}
+
+#[test]
+fn seeds_and_batches_differ() {
+    let film = |seed, first| {
+        let prepared = cornell(seed);
+        let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+        let mut film = Film::new(SIZE[0], SIZE[1]);
+        renderer.trace(&mut film, first, 1, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        bits(&film)
+    };
+    let first = film(1, 0);
+    for (seed, batch) in [(2, 0), (1, 1), (0, 1), (1, 1 << 20), (1 << 31, 0)] {
+        let other = film(seed, batch);
+        let same = first.iter().zip(&other).filter(|(a, b)| a == b && **a != [0; 3]).count();
+        // Some pixels show the lamp alone.
+        assert!(same < first.len() / 20, "{same} pixels are alike with seed {seed}, batch {batch}");
+    }
+}

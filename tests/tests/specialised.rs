@@ -1,0 +1,49 @@
+//! A kernel specialised to its scene shows what the general kernel shows: the same scene with a speck that needs every feature there
+//! is, out of sight, compared by Welch's test.
+
+use surelight_render::Settings;
+use surelight_scene::{Scene, procedural};
+use surelight_tests::features::chosen_elsewhere;
+use surelight_tests::render::{prepare, trace};
+use surelight_tests::scenes::{map, with_everything};
+use surelight_tests::welch::Comparison;
+
+fn check(scene: &Scene, comparison: Comparison, batches: u32, samples: u32) {
+    let size = [32, 32];
+    let own = prepare(scene, &Settings { seed: 1, ..Settings::new(32, 32) });
+    // A lens without width and a clamp that nothing meets.
+    let all = Settings { seed: 2, aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(32, 32) };
+    let general = prepare(&with_everything(scene.clone()), &all);
+    let elsewhere = chosen_elsewhere();
+    for (feature, on, _) in general.features.list() {
+        assert!(on || elsewhere.contains(&feature), "the general kernel lacks {feature}");
+    }
+    let saved = own.features.list().iter().filter(|f| !f.1).count();
+    assert!(saved > 5, "{} needs nearly everything by itself", scene.name);
+    let (own, general) = (trace(&own, size, batches, samples), trace(&general, size, batches, samples));
+    comparison.assert_equal(&format!("{}, without {saved} features", scene.name), &own, &general);
+}
+
+const PICTURES: usize = 5;
+
+#[test]
+fn diffuse_scenes() {
+    let comparison = Comparison { power: 0.01, pictures: PICTURES, pixels: true };
+    check(&procedural::cornell_box::cornell_box(), comparison, 32, 16);
+    check(&procedural::furnace::furnace(), comparison, 32, 16);
+}
+
+#[test]
+fn textures_and_skies() {
+    let comparison = Comparison { power: 0.02, pictures: PICTURES, pixels: true };
+    check(&procedural::textured::textured(), Comparison { pixels: false, ..comparison }, 32, 16);
+    let mut scene = procedural::spheres::spheres();
+    scene.environment = Some(map(16, 8, |x, y| [(x % 5) as f32, 1.0, (y % 3) as f32]));
+    check(&scene, Comparison { pixels: false, ..comparison }, 32, 16);
+}
+
+#[test]
+fn glass() {
+    // Caustics: pixels are far from normal, their mean is near enough.
+    check(&procedural::glass::glass(), Comparison { power: 0.1, pictures: PICTURES, pixels: false }, 64, 16);
+}
