@@ -41,7 +41,7 @@ const WATER: f64 = 0.0;
 pub fn many_lights() -> Scene {
     let mut b = Builder::new("many-lights");
     let ground = b.material(lambert("snow", [0.86, 0.88, 0.92]));
-    let terrain = Shape::height_field(64, |x, z| height(x * HALF_WIDTH, z * HALF_WIDTH) / HALF_WIDTH);
+    let terrain = Shape::height_field(64, true, |x, z| height(x * HALF_WIDTH, z * HALF_WIDTH) / HALF_WIDTH);
     b.add("terrain", terrain.placed(HALF_WIDTH, DVec3::ZERO), ground);
     let water = b.material(Material {
         name: "water".to_owned(),

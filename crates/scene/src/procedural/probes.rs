@@ -139,12 +139,12 @@ pub fn soup(n: usize, seed: u64) -> Scene {
     scene
 }
 
-/// A rough terrain of 2·`n`² triangles under a uniform environment: for scaling, up to millions.
+/// A rough terrain of 2·`n`² triangles under a uniform environment, `n` < 65,535: for scaling, up to many millions.
 pub fn terrain(n: u32) -> Scene {
     let mut b = Builder::new("terrain");
     let ground = b.material(lambert("ground", [0.5, 0.45, 0.4]));
     let height = |x: f64, z: f64| 0.12 * fractal_noise(DVec3::new(x * 2.0, 0.0, z * 2.0), 6);
-    b.add("terrain", Shape::height_field(n, height).faceted(), ground);
+    b.add("terrain", Shape::height_field(n, false, height), ground);
     b.camera(DVec3::new(0.0, 0.7, 1.5), DVec3::ZERO, 45.0, 1.5);
     let mut scene = b.finish();
     scene.environment = Some(Environment::Uniform([1.0; 3]));

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec4};
+use rayon::prelude::*;
 
 use crate::Mesh;
 
@@ -229,30 +230,37 @@ impl Shape {
         cap
     }
 
-    /// A height field over [−1, 1]² in x and z: `2·n·n` triangles, front towards +Y, smooth normals from central
-    /// differences of `height`.
-    pub fn height_field(n: u32, height: impl Fn(f64, f64) -> f64) -> Self {
-        let mut shape = Self::default();
+    /// A height field over [−1, 1]² in x and z: 2·`n`² triangles, front towards +Y. `smooth` gives normals, by central
+    /// differences of `height` over half a cell to each side.
+    pub fn height_field(n: u32, smooth: bool, height: impl Fn(f64, f64) -> f64 + Sync) -> Self {
         let step = 2.0 / f64::from(n);
         let coordinate = |i: u32| -1.0 + step * f64::from(i);
-        for j in 0..=n {
-            for i in 0..=n {
-                let (x, z) = (coordinate(i), coordinate(j));
-                let h = step * 0.5;
-                let slope_x = (height(x + h, z) - height(x - h, z)) / (2.0 * h);
-                let slope_z = (height(x, z + h) - height(x, z - h)) / (2.0 * h);
-                shape.positions.push(DVec3::new(x, height(x, z), z));
-                shape.normals.push(DVec3::new(-slope_x, 1.0, -slope_z).normalize());
-            }
-        }
-        for j in 0..n {
-            for i in 0..n {
+        let point = |k: u32| (coordinate(k % (n + 1)), coordinate(k / (n + 1)));
+        let vertices = 0..(n + 1) * (n + 1);
+        let positions = vertices.clone().into_par_iter().map(|k| {
+            let (x, z) = point(k);
+            DVec3::new(x, height(x, z), z)
+        });
+        let normals = vertices.into_par_iter().map(|k| {
+            let (x, z) = point(k);
+            let h = step * 0.5;
+            let slope_x = (height(x + h, z) - height(x - h, z)) / (2.0 * h);
+            let slope_z = (height(x, z + h) - height(x, z - h)) / (2.0 * h);
+            DVec3::new(-slope_x, 1.0, -slope_z).normalize()
+        });
+        let triangles = (0..n).flat_map(|j| {
+            (0..n).flat_map(move |i| {
                 let a = j * (n + 1) + i;
                 let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
-                shape.triangles.extend([[a, d, c], [a, c, b]]);
-            }
+                [[a, d, c], [a, c, b]]
+            })
+        });
+        Self {
+            positions: positions.collect(),
+            normals: if smooth { normals.collect() } else { Vec::new() },
+            triangles: triangles.collect(),
+            ..Self::default()
         }
-        shape
     }
 
     /// Placed by `m`. A mirror turns the triangles over, so that the front stays outside.
