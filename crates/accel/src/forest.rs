@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::{
     AccelError, Bounds, BuildOptions, Layout, MOST_STACK, Quality, item,
     placement::{Placed, Placement, Soup},
-    tree::{self, Tree},
+    tree::{self, Effort, Tree},
     wide,
 };
 
@@ -42,6 +42,7 @@ impl Forest {
         // A tree of n leaves has n − 1 nodes, or one where n is 1; an empty scene has one.
         let leaves = |s: &Shapes| s.boxes.len() as u64;
         let total = mesh_shapes.iter().map(leaves).sum::<u64>() + leaves(&shapes) + placed.placements.len() as u64;
+        let effort = Effort { quality, layout: options.layout, scene: total as usize };
         let limit = match options.layout {
             Layout::Binary => item::MAX_ITEMS,
             Layout::Wide => wide::MAX_ITEMS,
@@ -49,24 +50,24 @@ impl Forest {
         refuse_excess(2 * total + 1, limit)?;
 
         let mut meshes: Vec<Tree> =
-            mesh_shapes.par_iter().map(|s| tree::build(&s.boxes, &s.indices, quality, MOST_STACK)).collect();
+            mesh_shapes.par_iter().map(|s| tree::build(&s.boxes, &s.indices, effort, MOST_STACK)).collect();
         let placements = fit_placements(placed, &meshes, &shapes);
         shapes.boxes.extend(placements.iter().map(|p| p.1.to_aabb()));
         let first = placed.world.leaves() as u32;
         shapes.indices.extend((0..placements.len() as u32).map(|k| first + k));
-        let mut top = tree::build(&shapes.boxes, &shapes.indices, quality, MOST_STACK);
+        let mut top = tree::build(&shapes.boxes, &shapes.indices, effort, MOST_STACK);
 
         // Even a tree of one leaf gets a root node.
         let inner = |meshes: &[Tree]| meshes.iter().map(Tree::depth).max().map_or(0, |d| d.max(1) + 1);
         if top.depth() + inner(&meshes) > MOST_STACK {
             for (mesh, s) in meshes.iter_mut().zip(&mesh_shapes) {
                 if mesh.depth() > BOUNDED_LEVELS {
-                    *mesh = tree::build(&s.boxes, &s.indices, quality, BOUNDED_LEVELS);
+                    *mesh = tree::build(&s.boxes, &s.indices, effort, BOUNDED_LEVELS);
                 }
             }
         }
         if top.depth() + inner(&meshes) > MOST_STACK {
-            top = tree::build(&shapes.boxes, &shapes.indices, quality, BOUNDED_LEVELS);
+            top = tree::build(&shapes.boxes, &shapes.indices, effort, BOUNDED_LEVELS);
         }
         let depth = top.depth().max(1) + inner(&meshes);
         Ok(Self { top, meshes, placements, depth })

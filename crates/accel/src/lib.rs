@@ -35,11 +35,13 @@ pub mod wide;
 
 mod accel;
 mod bounds;
+mod collapse;
 mod error;
 mod flatten;
 mod forest;
 mod pairing;
 mod placement;
+mod runs;
 mod topdown;
 mod tree;
 mod triangle;

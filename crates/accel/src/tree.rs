@@ -5,27 +5,29 @@
 //!
 //! - Runs of boxes along the curve whose pairwise cost is monotone (identical triangles, concentric ones, an evenly spaced
 //!   row) merge one pair a round: quadratic time and a depth that grows with the run. Such runs, and boxes that share a
-//!   Morton cell in bulk, are found first, built top-down, and take part in clustering as one box each.
+//!   Morton cell in bulk, are found first ([`crate::runs`]), built top-down, and take part in clustering as one box each.
 //! - A tree deeper than the kernel's stack is thrown away and rebuilt with a bounded depth.
 
-use std::ops::Range;
-
-use glam::Vec3A;
 use obvhs::{
     aabb::Aabb,
-    bvh2::{node::Bvh2Node, reinsertion::ReinsertionOptimizer},
-    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision, morton::morton_encode_u64},
+    bvh2::{Bvh2, node::Bvh2Node, reinsertion::ReinsertionOptimizer},
+    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
 };
 use rayon::prelude::*;
 
-use crate::{Quality, topdown};
+use crate::{Layout, MOST_STACK, Quality, collapse::Opening, forest::bounds_of, runs::degenerate_runs, topdown};
 
-/// A run of this many boxes costs the clustering builder some 10 ms; longer ones are taken out.
-const RUN_LIMIT: usize = 1024;
 /// Below this extent box areas underflow, which leaves the clustering builder nothing to compare.
 const LEAST_EXTENT: f32 = 1e-15;
 /// The clustering builder needs more rounds than this only where it degenerates; its optimiser's stack allows for it.
 const MOST_ROUNDS: usize = 96;
+
+/// Up to so many boxes a top-down tree is built as well, optimised alike, and the cheaper one is kept.
+const RIVALLED: usize = 1 << 14;
+/// Up to so many boxes every search distance of the clustering builder is tried too.
+const EXHAUSTED: usize = 512;
+/// Depth of a top-down tree before it is optimised.
+const RIVAL_LEVELS: u32 = 40;
 
 /// A binary tree: node 0 is the root; a leaf (`prim_count` 1) names its primitive in `first_index`, an inner node its
 /// first child, whose sibling follows it.
@@ -37,182 +39,195 @@ pub(crate) struct Tree {
 impl Tree {
     /// Most inner nodes on a path from the root to a leaf; 0 for a single leaf or no node.
     pub(crate) fn depth(&self) -> u32 {
-        let mut deepest = 0;
-        let mut work = if self.nodes.is_empty() { vec![] } else { vec![(0u32, 0u32)] };
-        while let Some((i, depth)) = work.pop() {
-            deepest = deepest.max(depth);
-            let node = &self.nodes[i as usize];
-            if !node.is_leaf() {
-                work.push((node.first_index, depth + 1));
-                work.push((node.first_index + 1, depth + 1));
-            }
-        }
-        deepest
+        depth(&self.nodes)
     }
+}
+
+/// How much work goes into a tree.
+#[derive(Clone, Copy)]
+pub(crate) struct Effort {
+    pub(crate) quality: Quality,
+    /// What the tree is flattened to, which decides what it costs.
+    pub(crate) layout: Layout,
+    /// Boxes of all the scene's trees together.
+    pub(crate) scene: usize,
+}
+
+impl Effort {
+    fn precision(self) -> SortPrecision {
+        if self.quality == Quality::Slow { SortPrecision::U128 } else { SortPrecision::U64 }
+    }
+
+    /// Search distance, and rounds for which only neighbours are looked at.
+    fn clustering(self) -> (PlocSearchDistance, usize) {
+        match self.quality {
+            Quality::Fast => (PlocSearchDistance::Low, 2),
+            Quality::Medium => (PlocSearchDistance::Medium, 3),
+            Quality::Slow => (PlocSearchDistance::High, 2),
+        }
+    }
+
+    /// Passes of reinsertion, as many as are usual or a multiple of that.
+    fn optimise(self, bvh: &mut Bvh2, times: usize) {
+        let (share, passes) = match self.quality {
+            Quality::Fast => (0.02, 1),
+            Quality::Medium => (0.05, 2),
+            Quality::Slow => (0.4, 2),
+        };
+        // What a million boxes get is spent on smaller scenes too: they are rendered as long as large ones, and come out
+        // 5 to 20 % cheaper for it.
+        let share = (share * 1e6 / self.scene.max(1) as f32).clamp(share, 1.0);
+        let passes = passes * times;
+        let mut optimiser = ReinsertionOptimizer::default();
+        for _ in 0..passes {
+            optimiser.run(bvh, share, None);
+        }
+    }
+
+    /// Items that a ray through the root reads, times the root's area.
+    fn cost(self, nodes: &[Bvh2Node]) -> f64 {
+        if depth(nodes) > MOST_STACK {
+            return f64::INFINITY;
+        }
+        if self.layout == Layout::Wide {
+            return Opening::plan(nodes).cost;
+        }
+        let area = |n: &Bvh2Node| f64::from(bounds_of(n).half_area());
+        let saved = |n: &Bvh2Node| {
+            let [a, b] = [0, 1].map(|k| &nodes[(n.first_index + k) as usize]);
+            // A leaf of two, where that is cheaper; see the flattener.
+            if a.is_leaf() && b.is_leaf() { (area(a) + area(b) - area(n)).max(0.0) } else { 0.0 }
+        };
+        nodes.iter().map(|n| area(n) - if n.is_leaf() { 0.0 } else { saved(n) }).sum()
+    }
+}
+
+/// Most inner nodes on a path from node 0 to a leaf.
+fn depth(nodes: &[Bvh2Node]) -> u32 {
+    let mut deepest = 0;
+    let mut work = if nodes.is_empty() { vec![] } else { vec![(0u32, 0u32)] };
+    while let Some((i, depth)) = work.pop() {
+        deepest = deepest.max(depth);
+        let node = &nodes[i as usize];
+        if !node.is_leaf() {
+            work.push((node.first_index, depth + 1));
+            work.push((node.first_index + 1, depth + 1));
+        }
+    }
+    deepest
 }
 
 /// Builds over `boxes`; box k belongs to primitive `indices[k]`, so that a primitive may have several boxes.
 ///
 /// No path of the result holds more than `levels` inner nodes, as long as `levels` ≥ log2 of the number of boxes.
-pub(crate) fn build(boxes: &[Aabb], indices: &[u32], quality: Quality, levels: u32) -> Tree {
+pub(crate) fn build(boxes: &[Aabb], indices: &[u32], effort: Effort, levels: u32) -> Tree {
     if boxes.is_empty() {
         return Tree::default();
     }
-    let tree = clustered(boxes, indices, quality);
-    match tree {
-        Some(tree) if tree.depth() <= levels => tree,
-        _ => bounded(boxes, indices, levels),
-    }
-}
-
-fn bounded(boxes: &[Aabb], indices: &[u32], levels: u32) -> Tree {
-    let mut slots: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut nodes = vec![Bvh2Node::default()];
-    nodes[0] = topdown::build(boxes, &mut slots, levels, &mut nodes);
-    for node in &mut nodes {
-        if node.is_leaf() {
-            node.first_index = indices[node.first_index as usize];
-        }
+    let mut nodes = match clustered(boxes, effort) {
+        Some(nodes) if depth(&nodes) <= levels => nodes,
+        _ => from_top(boxes, (0..boxes.len() as u32).collect(), levels),
+    };
+    for node in nodes.iter_mut().filter(|n| n.is_leaf()) {
+        node.first_index = indices[node.first_index as usize];
     }
     Tree { nodes }
 }
 
-/// obvhs's tree, or none where it is not to be used.
-fn clustered(boxes: &[Aabb], indices: &[u32], quality: Quality) -> Option<Tree> {
+fn from_top(boxes: &[Aabb], mut slots: Vec<u32>, levels: u32) -> Vec<Bvh2Node> {
+    let mut nodes = vec![Bvh2Node::default()];
+    nodes[0] = topdown::build(boxes, &mut slots, levels, &mut nodes);
+    nodes
+}
+
+/// A tree by way of obvhs, leaves naming boxes, or none where it is not to be used.
+fn clustered(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     let total = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
     if total.diagonal().max_element() <= LEAST_EXTENT {
         return None;
     }
     let (order, runs) = degenerate_runs(boxes, &total);
-    let mut prims = Vec::new();
-    let mut shapes = Vec::new();
-    let (shapes, labels): (&[Aabb], Vec<u32>) = if runs.is_empty() {
-        (boxes, (0..boxes.len() as u32).collect())
-    } else {
-        let mut next = 0;
-        for (k, run) in runs.iter().enumerate() {
-            prims.extend_from_slice(&order[next..run.start]);
-            prims.push((boxes.len() + k) as u32);
-            next = run.end;
-        }
-        prims.extend_from_slice(&order[next..]);
-        shapes.extend(prims.iter().map(|&p| match (p as usize).checked_sub(boxes.len()) {
-            None => boxes[p as usize],
-            Some(k) => order[runs[k].clone()].iter().fold(Aabb::empty(), |acc, &slot| acc.union(&boxes[slot as usize])),
-        }));
-        (&shapes, prims)
-    };
-
-    let parameters = Parameters::of(quality);
-    let mut bvh = PlocBuilder::with_capacity(shapes.len()).build(
-        parameters.distance,
-        shapes,
-        labels,
-        parameters.precision,
-        parameters.threshold,
+    if runs.is_empty() {
+        return cheapest(boxes, effort);
+    }
+    // Each run takes part as one box, behind those that are in none.
+    let mut alone = Vec::new();
+    let mut next = 0;
+    for run in &runs {
+        alone.extend_from_slice(&order[next..run.start]);
+        next = run.end;
+    }
+    alone.extend_from_slice(&order[next..]);
+    let mut shapes: Vec<Aabb> = alone.iter().map(|&slot| boxes[slot as usize]).collect();
+    shapes.extend(
+        runs.iter()
+            .map(|run| order[run.clone()].iter().fold(Aabb::empty(), |acc, &slot| acc.union(&boxes[slot as usize]))),
     );
-    if bvh.max_depth > MOST_ROUNDS {
-        return None;
-    }
-    let mut optimiser = ReinsertionOptimizer::default();
-    for ratio in parameters.reinsertion {
-        optimiser.run(&mut bvh, ratio, None);
-    }
-
-    let mut nodes = bvh.nodes;
+    let mut nodes = cheapest(&shapes, effort)?;
     for i in 0..nodes.len() {
-        if nodes[i].is_leaf()
-            && let Some(k) = (nodes[i].first_index as usize).checked_sub(boxes.len())
-        {
-            let run = &runs[k];
-            let mut slots = order[run.clone()].to_vec();
-            let levels = topdown::levels_needed(run.len()) + 4;
-            nodes[i] = topdown::build(boxes, &mut slots, levels, &mut nodes);
-        }
-    }
-    for node in nodes.iter_mut().filter(|n| n.is_leaf()) {
-        node.first_index = indices[node.first_index as usize];
-    }
-    Some(Tree { nodes })
-}
-
-struct Parameters {
-    distance: PlocSearchDistance,
-    threshold: usize,
-    precision: SortPrecision,
-    reinsertion: [f32; 2],
-}
-
-impl Parameters {
-    fn of(quality: Quality) -> Self {
-        let (distance, threshold, precision, reinsertion) = match quality {
-            Quality::Fast => (PlocSearchDistance::Low, 2, SortPrecision::U64, [0.02, 0.0]),
-            Quality::Medium => (PlocSearchDistance::Medium, 3, SortPrecision::U64, [0.05, 0.05]),
-            Quality::Slow => (PlocSearchDistance::High, 2, SortPrecision::U128, [0.2, 0.4]),
-        };
-        Self { distance, threshold, precision, reinsertion }
-    }
-}
-
-/// Box slots in Morton order, and the ranges of that order which the clustering builder would choke on.
-fn degenerate_runs(boxes: &[Aabb], total: &Aabb) -> (Vec<u32>, Vec<Range<usize>>) {
-    if boxes.len() <= RUN_LIMIT {
-        return (Vec::new(), Vec::new());
-    }
-    let extent = total.diagonal().max(Vec3A::splat(f32::MIN_POSITIVE));
-    let cells = ((1 << 21) - 1) as f32;
-    let mut keys: Vec<(u64, u32)> = boxes
-        .par_iter()
-        .enumerate()
-        .map(|(i, b)| {
-            let p = ((b.center() - total.min) / extent).clamp(Vec3A::ZERO, Vec3A::ONE) * cells;
-            (morton_encode_u64(p.x as u32, p.y as u32, p.z as u32), i as u32)
-        })
-        .collect();
-    keys.par_sort_unstable();
-
-    let mut found: Vec<Range<usize>> = Vec::new();
-    let mut add = |run: Range<usize>| {
-        if run.len() > RUN_LIMIT {
-            found.push(run);
-        }
-    };
-    let cost = |i: usize| {
-        let (a, b) = (&boxes[keys[i].1 as usize], &boxes[keys[i + 1].1 as usize]);
-        a.union(b).half_area()
-    };
-    // Where the current stretch of equal keys, of rising and of falling costs began.
-    let (mut same, mut rising, mut falling) = (0, 0, 0);
-    let mut last = cost(0);
-    for i in 1..keys.len() {
-        let end = i + 1 == keys.len();
-        let c = if end { f32::NAN } else { cost(i) };
-        for (begin, goes_on) in
-            [(&mut same, !end && keys[i].0 == keys[i - 1].0), (&mut rising, c >= last), (&mut falling, c <= last)]
-        {
-            if !goes_on {
-                add(*begin..i + usize::from(end));
-                *begin = i;
+        if nodes[i].is_leaf() {
+            let shape = nodes[i].first_index as usize;
+            match shape.checked_sub(alone.len()) {
+                None => nodes[i].first_index = alone[shape],
+                Some(k) => {
+                    let mut slots = order[runs[k].clone()].to_vec();
+                    let levels = topdown::levels_needed(slots.len()) + 4;
+                    // Appended behind `i`'s end of the list, so never visited again here.
+                    nodes[i] = topdown::build(boxes, &mut slots, levels, &mut nodes);
+                }
             }
         }
-        last = c;
     }
-    // The three kinds overlap: join what touches.
-    found.sort_unstable_by_key(|run| run.start);
-    let mut runs: Vec<Range<usize>> = Vec::new();
-    for run in found {
-        match runs.last_mut() {
-            Some(last) if last.end >= run.start => last.end = last.end.max(run.end),
-            _ => runs.push(run),
+    Some(nodes)
+}
+
+/// The cheapest of the trees that are worth trying; none when clustering degenerates.
+fn cheapest(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
+    let slots = || (0..boxes.len() as u32).collect::<Vec<u32>>();
+    let usual = if boxes.len() <= RIVALLED { 2 } else { 1 };
+    let cluster = |(distance, threshold), times| {
+        let builder = &mut PlocBuilder::with_capacity(boxes.len());
+        let mut bvh = builder.build(distance, boxes, slots(), effort.precision(), threshold);
+        if bvh.max_depth > MOST_ROUNDS {
+            return None;
+        }
+        effort.optimise(&mut bvh, times);
+        Some(bvh.nodes)
+    };
+    let mut best = cluster(effort.clustering(), usual)?;
+    let mut rivals = Vec::new();
+    if boxes.len() <= RIVALLED {
+        let nodes = from_top(boxes, slots(), RIVAL_LEVELS);
+        let mut bvh = Bvh2 { nodes, primitive_indices: slots(), ..Bvh2::default() };
+        effort.optimise(&mut bvh, usual);
+        rivals.push(bvh.nodes);
+    }
+    if boxes.len() <= EXHAUSTED {
+        use PlocSearchDistance::{High, Low, Medium, Minimum, VeryHigh, VeryLow};
+        // Reinsertion lowers the cost of the binary tree; the wide one made from it may have been cheaper before.
+        for times in [0, 1, usual] {
+            let distances = [Minimum, VeryLow, Low, Medium, High, VeryHigh];
+            rivals.extend(distances.into_iter().filter_map(|d| cluster((d, 0), times)));
         }
     }
-    let order = if runs.is_empty() { Vec::new() } else { keys.iter().map(|k| k.1).collect() };
-    (order, runs)
+    if !rivals.is_empty() {
+        let mut least = effort.cost(&best);
+        for nodes in rivals {
+            let cost = effort.cost(&nodes);
+            if cost < least {
+                (best, least) = (nodes, cost);
+            }
+        }
+    }
+    Some(best)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3A;
+
+    const MEDIUM: Effort = Effort { quality: Quality::Medium, layout: Layout::Binary, scene: 1 << 20 };
 
     fn cube(x: f32, size: f32) -> Aabb {
         Aabb::new(Vec3A::new(x, 0.0, 0.0), Vec3A::new(x + size, size, size))
@@ -245,32 +260,15 @@ mod tests {
         let mut bounded = 0;
         for boxes in [&lopsided[..100], &row] {
             let indices: Vec<u32> = (0..boxes.len() as u32).collect();
-            let free = build(boxes, &indices, Quality::Medium, 1000);
+            let free = build(boxes, &indices, MEDIUM, 1000);
             check(&free, boxes);
             for levels in [topdown::levels_needed(boxes.len()), 14, 20, 62] {
-                let tree = build(boxes, &indices, Quality::Medium, levels);
+                let tree = build(boxes, &indices, MEDIUM, levels);
                 check(&tree, boxes);
                 assert!(tree.depth() <= levels, "{} of {levels}", tree.depth());
                 bounded += u32::from(free.depth() > levels);
             }
         }
         assert!(bounded >= 2, "the bound never mattered");
-    }
-
-    #[test]
-    fn runs_are_found_and_nothing_else() {
-        let total = |boxes: &[Aabb]| boxes.iter().fold(Aabb::empty(), |a, b| a.union(b));
-        let row: Vec<Aabb> = (0..5000).map(|k| cube(k as f32, 1.0)).collect();
-        let (order, runs) = degenerate_runs(&row, &total(&row));
-        assert!(order.len() == 5000 && runs.len() == 1 && runs[0] == (0..5000), "{runs:?}");
-        // Hashed offsets: no order along the curve.
-        let noise: Vec<Aabb> = (0..5000u32).map(|k| cube((k.wrapping_mul(2_654_435_761) >> 8) as f32, 9.0)).collect();
-        assert_eq!(degenerate_runs(&noise, &total(&noise)).1, []);
-        let mut both = noise.clone();
-        both.extend(std::iter::repeat_n(cube(1e6, 1.0), 3000));
-        let (order, runs) = degenerate_runs(&both, &total(&both));
-        assert_eq!(runs.len(), 1);
-        let taken = &order[runs[0].clone()];
-        assert!(taken.iter().filter(|&&i| i >= 5000).count() == 3000 && taken.len() < 3100, "{runs:?}");
     }
 }

@@ -350,7 +350,7 @@ fn far_from_the_origin_nothing_changes() {
 fn hostile_scenes_never_panic() {
     let mut rng = Rng::new(71);
     let mut kept = 0;
-    for round in 0..600 {
+    for round in 0..200 {
         // Random bits make every kind of float; mixed with tame ones, and some sizes that only just fit.
         let float = |rng: &mut Rng| match rng.index(if round % 2 == 0 { 4 } else { 20 }) {
             0 => f32::from_bits(rng.bits()),
@@ -392,5 +392,5 @@ fn hostile_scenes_never_panic() {
             }
         }
     }
-    assert!(kept > 10_000, "{kept} triangles in all");
+    assert!(kept > 3_000, "{kept} triangles in all");
 }

@@ -1,14 +1,11 @@
-//! A binary tree opened to four children a node and written in the format of [`crate::wide`].
-//!
-//! Which nodes stay is chosen for the least Σ area over all ways to do it, by dynamic programming from the leaves up
-//! (Wald, Benthin and Boulos 2008; Ylitie, Karras and Laine 2017, section 3): `cost(n, k)` is the least cost of
-//! subtree n as at most k children of some node.
+//! A binary tree opened to four children a node ([`crate::collapse`]) and written in the format of [`crate::wide`].
 
 use glam::Vec3;
 
 use crate::{
     Bounds, Item,
     accel::rows,
+    collapse::Opening,
     flatten::Flat,
     forest::{Forest, bounds_of},
     pairing::ALONE,
@@ -68,8 +65,7 @@ struct Writer<'a> {
     tree: &'a Tree,
     soup: &'a Soup,
     placement: &'a dyn Fn(u32) -> Item,
-    /// How to open each node of the binary tree into 1 to 4 parts: children of the left side, 0 for "as for one less".
-    ways: Vec<[u8; 4]>,
+    opening: Opening,
     cost: f64,
     /// Most nodes on a path.
     depth: u32,
@@ -77,17 +73,14 @@ struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     fn new(out: &'a mut Flat, tree: &'a Tree, soup: &'a Soup, placement: &'a dyn Fn(u32) -> Item) -> Self {
-        Self { out, tree, soup, placement, ways: vec![[0; 4]; tree.nodes.len()], cost: 0.0, depth: 1 }
+        Self { out, tree, soup, placement, opening: Opening::plan(&tree.nodes), cost: 0.0, depth: 1 }
     }
 
     fn root(&mut self, slot: u32) {
         match self.tree.nodes.first().map(|n| n.is_leaf()) {
             None => self.out.items[slot as usize] = wide::node(&[], 0),
             Some(true) => self.group(slot, &[0], 1),
-            Some(false) => {
-                self.plan(0);
-                self.node(slot, 0, 1);
-            }
+            Some(false) => self.node(slot, 0, 1),
         }
     }
 
@@ -95,54 +88,9 @@ impl<'a> Writer<'a> {
         bounds_of(&self.tree.nodes[index as usize])
     }
 
-    /// Least costs as 1, 2, 3 and 4 parts. Recursion is as deep as the tree, which is bounded.
-    fn plan(&mut self, index: u32) -> [f32; 4] {
-        let node = self.tree.nodes[index as usize];
-        let area = bounds_of(&node).half_area();
-        if node.is_leaf() {
-            return [area; 4];
-        }
-        let (left, right) = (self.plan(node.first_index), self.plan(node.first_index + 1));
-        let best = |parts: usize| {
-            (1..parts)
-                .map(|k| (left[k - 1] + right[parts - k - 1], k as u8))
-                .fold((f32::INFINITY, 1), |a, b| if b.0 < a.0 { b } else { a })
-        };
-        let (opened, way) = best(4);
-        let mut costs = [area + opened; 4];
-        let mut ways = [way, 0, 0, 0];
-        for parts in 2..=4 {
-            let (cost, way) = best(parts);
-            costs[parts - 1] = costs[parts - 2];
-            if cost < costs[parts - 1] {
-                costs[parts - 1] = cost;
-                ways[parts - 1] = way;
-            }
-        }
-        self.ways[index as usize] = ways;
-        costs
-    }
-
-    /// The parts of subtree `index` when it may be up to `parts` of them.
-    fn parts(&self, index: u32, parts: usize, out: &mut Vec<u32>) {
-        let node = &self.tree.nodes[index as usize];
-        let way = usize::from(self.ways[index as usize][parts - 1]);
-        if node.is_leaf() || parts == 1 {
-            out.push(index);
-        } else if way == 0 {
-            self.parts(index, parts - 1, out);
-        } else {
-            self.parts(node.first_index, way, out);
-            self.parts(node.first_index + 1, parts - way, out);
-        }
-    }
-
     fn node(&mut self, slot: u32, index: u32, depth: u32) {
-        let first = self.tree.nodes[index as usize].first_index;
-        let way = usize::from(self.ways[index as usize][0]);
         let mut children = Vec::with_capacity(4);
-        self.parts(first, way, &mut children);
-        self.parts(first + 1, 4 - way, &mut children);
+        self.opening.children(&self.tree.nodes, index, &mut children);
         self.cost += f64::from(self.bounds(index).half_area());
         self.group(slot, &children, depth);
     }
