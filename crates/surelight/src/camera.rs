@@ -84,7 +84,7 @@ fn look_at(eye: DVec3, target: DVec3) -> Result<Camera, Error> {
     let up = right.cross(forward);
     Ok(Camera {
         name: String::new(),
-        to_world: DAffine3 { matrix3: DMat3::from_cols(right, up, -forward).into(), translation: eye.into() },
+        to_world: DAffine3 { matrix3: DMat3::from_cols(right, up, -forward), translation: eye },
         projection: Projection::Perspective { yfov: DEFAULT_FOV.to_radians(), aspect: None },
     })
 }
@@ -97,7 +97,7 @@ fn lens(scene: &Scene, camera: &Camera, args: &CameraArgs) -> Result<Option<Lens
     let focus = match (args.focus, args.target) {
         (Some(focus), _) => f64::from(focus),
         // A plane of sharpness is as far as its point on the axis; the target is on the axis.
-        (None, Some(target)) => DVec3::from(camera.to_world.translation).distance(DVec3::from(target)),
+        (None, Some(target)) => camera.to_world.translation.distance(DVec3::from(target)),
         (None, None) => {
             let (low, high) = scene.bounds().unwrap_or_default();
             -camera.to_world.inverse().transform_point3((low + high) / 2.0).z
@@ -166,7 +166,7 @@ mod tests {
         let eye = DVec3::new(1.0, 2.0, 3.0);
         for target in [DVec3::ZERO, DVec3::new(1.0, -5.0, 3.0), DVec3::new(1.0, 9.0, 3.0), DVec3::new(7.0, 2.0, 3.0)] {
             let camera = look_at(eye, target).unwrap();
-            let matrix = DMat3::from(camera.to_world.matrix3);
+            let matrix = camera.to_world.matrix3;
             assert!((matrix.determinant() - 1.0).abs() < 1e-12, "not a rotation");
             assert!((matrix * DVec3::NEG_Z).dot((target - eye).normalize()) > 1.0 - 1e-12);
             assert!(matrix.y_axis.y >= -1e-12, "upside down");

@@ -5,10 +5,13 @@ use surelight_scene::{AlphaMode, LightKind, Material, Mesh, Scene};
 /// What asks for the feature of this name; `None` where it is no single thing of the file.
 pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
     let materials = |wants: fn(&Material) -> bool| {
-        named("material", scene.materials.iter().filter(|m| wants(m)).map(|m| m.name.as_str()))
+        let all = scene.materials.iter().enumerate();
+        named("material", all.filter(|(_, m)| wants(m)).map(|(i, m)| (i, m.name.as_str())))
     };
-    let meshes =
-        |wants: fn(&Mesh) -> bool| named("mesh", scene.meshes.iter().filter(|m| wants(m)).map(|m| m.name.as_str()));
+    let meshes = |wants: fn(&Mesh) -> bool| {
+        let all = scene.meshes.iter().enumerate();
+        named("mesh", all.filter(|(_, m)| wants(m)).map(|(i, m)| (i, m.name.as_str())))
+    };
     match feature {
         "vertex_normals" => meshes(|m| m.normals.is_some()),
         "vertex_colors" => meshes(|m| m.colors.is_some()),
@@ -29,8 +32,8 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
         "instances" => {
             let mut placed = vec![0usize; scene.meshes.len()];
             scene.instances.iter().for_each(|instance| placed[instance.mesh] += 1);
-            let reused = scene.meshes.iter().zip(&placed).filter(|&(_, &n)| n > 1);
-            named("mesh", reused.map(|(mesh, _)| mesh.name.as_str()))
+            let all = scene.meshes.iter().enumerate();
+            named("mesh", all.filter(|&(i, _)| placed[i] > 1).map(|(i, mesh)| (i, mesh.name.as_str())))
         }
         "punctual_lights" => {
             let kinds = scene.lights.iter().map(|light| match light.kind {
@@ -38,20 +41,22 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
                 LightKind::Spot { .. } => "spot",
                 LightKind::Directional { .. } => "directional",
             });
-            named("light", kinds)
+            named("light", kinds.enumerate())
         }
         "textures" => Some(format!("{} textures", scene.textures.len())).filter(|_| !scene.textures.is_empty()),
         _ => None,
     }
 }
 
-/// "material "Glass"" or "3 materials, the first "Glass""; `None` for none.
-fn named<'a>(kind: &str, mut names: impl Iterator<Item = &'a str>) -> Option<String> {
-    let first = names.next()?;
+/// "material "Glass"" or "3 materials, the first "Glass""; `None` for none. What has no name is told by its number.
+fn named<'a>(kind: &str, all: impl Iterator<Item = (usize, &'a str)>) -> Option<String> {
+    let mut all = all.peekable();
+    let &(index, name) = all.peek()?;
+    let first = if name.is_empty() { format!("{index}") } else { format!("\"{name}\"") };
     let plural = if kind == "mesh" { "meshes".to_owned() } else { format!("{kind}s") };
-    Some(match names.count() {
-        0 => format!("{kind} \"{first}\""),
-        others => format!("{} {plural}, the first \"{first}\"", others + 1),
+    Some(match all.count() {
+        1 => format!("{kind} {first}"),
+        count => format!("{count} {plural}, the first {first}"),
     })
 }
 
@@ -67,5 +72,7 @@ mod tests {
         assert_eq!(find("transmission", &scene).as_deref(), Some("material \"Glass\""));
         assert_eq!(find("metal", &scene).as_deref(), Some("2 materials, the first \"Steel\""));
         assert_eq!(find("volume", &scene), None);
+        let nameless = Scene { materials: vec![Material { unlit: true, ..Material::default() }], ..Scene::default() };
+        assert_eq!(find("unlit", &nameless).as_deref(), Some("material 0"));
     }
 }
