@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 
 /// The program with its commands; options of `render` are added in [`parse`].
@@ -32,9 +33,18 @@ where
 {
     let mut cli = definition();
     let matches = cli.try_get_matches_from_mut(words).map_err(|error| clearer(error, &mut cli))?;
-    match Cli::from_arg_matches(&matches)?.command {
-        Some(command) => Ok(command),
-        None => Ok(Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?))),
+    let command = match Cli::from_arg_matches(&matches)?.command {
+        Some(command) => command,
+        None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
+    };
+    let method = match &command {
+        Command::Render(args) => Some(&args.method),
+        Command::Info(args) => Some(&args.method),
+        _ => None,
+    };
+    match method.and_then(MethodArgs::conflict) {
+        Some(message) => Err(cli.error(ErrorKind::ArgumentConflict, message)),
+        None => Ok(command),
     }
 }
 
@@ -90,6 +100,9 @@ pub(crate) struct RenderArgs {
     /// Stop after this long, loading included, for example 90s, 1.5m, 2h; with --spp, whichever comes first
     #[arg(long, value_name = "TIME", value_parser = value::duration)]
     pub(crate) time: Option<Duration>,
+
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
 
     /// Scattering events a path may have: 0 emission only, 1 direct light, … or `unlimited`
     #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited")]
@@ -232,6 +245,9 @@ pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) file: FileArgs,
 
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+
     /// One JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -261,6 +277,7 @@ pub(crate) enum Tonemap {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::{Integrator, Sampler};
 
     fn typed(line: &str) -> Result<Command, clap::Error> {
         super::parse(line.split_whitespace())
@@ -282,7 +299,8 @@ mod tests {
     fn render_may_be_left_out() {
         let tail = "a.glb -o x.png -o y.EXR --size 640x480 --spp 8 --time 90s --max-bounces 3 --seed 7 \
                     --eye -1,2,3 --target 0,0,-1 --fov 30 --aperture 0.1 --focus 2 --sky 1,2,3 --exposure -1 \
-                    --tonemap agx --adapter llvm --scene 1 --max-radiance 10 --quiet --json";
+                    --tonemap agx --adapter llvm --scene 1 --max-radiance 10 --quiet --json \
+                    --integrator hemisphere --directions cosine --sampler stratified";
         let (short, long) = (render(&format!("surelight {tail}")), render(&format!("surelight render {tail}")));
         assert_eq!(format!("{short:?}"), format!("{long:?}"));
         assert_eq!(short.camera.eye, Some([-1.0, 2.0, 3.0]));
@@ -297,6 +315,7 @@ mod tests {
         assert_eq!((args.spp, args.time, args.seed, args.exposure), (None, None, 0, 0.0));
         assert_eq!(args.max_bounces, Bounces(None));
         assert_eq!(args.tonemap, Tonemap::Neutral);
+        assert_eq!((args.method.integrator, args.method.sampler), (Integrator::Mis, Sampler::Sobol));
         assert!(args.output.is_empty() && args.size.is_none() && !args.quiet && !args.json);
     }
 
@@ -316,8 +335,11 @@ mod tests {
             ("surelight a.glb --env a.hdr --sky 1,1,1", ErrorKind::ArgumentConflict),
             ("surelight a.glb --camera 0 --eye 0,0,0 --target 1,1,1", ErrorKind::ArgumentConflict),
             ("surelight a.glb --tonemap reinhard", ErrorKind::InvalidValue),
+            ("surelight a.glb --directions cosine", ErrorKind::ArgumentConflict),
+            ("surelight info a.glb --integrator area --directions cosine", ErrorKind::ArgumentConflict),
+            ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),
             // Options of work to come are absent, not inert.
-            ("surelight a.glb --integrator mis", ErrorKind::UnknownArgument),
+            ("surelight a.glb --integrator auto", ErrorKind::InvalidValue),
             ("surelight a.glb --resume", ErrorKind::UnknownArgument),
         ] {
             assert_eq!(typed(line).expect_err(line).kind(), kind, "{line}");

@@ -57,12 +57,18 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
 }
 
 fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
-    // As `render` would without options: the kernel follows from it.
+    // As `render` would with no other options: the kernel follows from it.
     let contents = Contents::of(&scene);
     let camera = CameraArgs::default();
     let view = camera::choose(&scene, &args.scene, &camera, None)?;
     let note = light::set(&mut scene, &LightArgs::default())?;
-    let prepared = Prepared::new(&scene, &view.camera, &Settings::new(view.size.width, view.size.height))?;
+    let settings = Settings {
+        integrator: args.method.integrator(),
+        sampler: args.method.sampler(),
+        ..Settings::new(view.size.width, view.size.height)
+    };
+    let unfound = args.method.warning(&scene);
+    let prepared = Prepared::new(&scene, &view.camera, &settings)?;
     let kernel = prepared
         .features
         .list()
@@ -77,6 +83,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     let mut warnings = scene.warnings;
     warnings.extend(view.note);
     warnings.extend(note);
+    warnings.extend(unfound);
     Ok(Info { scene: args.scene.display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
 }
 

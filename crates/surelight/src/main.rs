@@ -15,6 +15,7 @@ mod headless;
 mod info;
 mod interrupt;
 mod light;
+mod method;
 mod output;
 mod parse;
 mod progress;

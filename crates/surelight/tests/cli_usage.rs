@@ -19,8 +19,9 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
         "a.glb --eye 0,0,0",
         "a.glb --tonemap filmic",
         "info",
+        "a.glb --integrator area --directions cosine",
         // Commands and options of work to come do not exist yet.
-        "a.glb --integrator mis",
+        "a.glb --integrator auto",
         "a.glb --error 2%",
     ] {
         let ran = folder.run(line);
@@ -34,7 +35,9 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
 #[test]
 fn help_names_every_command_and_exit_code() {
     let ran = Folder::new().run("--help").succeeded();
-    for word in ["render", "info", "devices", "--spp", "--max-bounces", "--env", "Exit codes"] {
+    for word in
+        ["render", "info", "devices", "--spp", "--integrator", "--sampler", "--max-bounces", "--env", "Exit codes"]
+    {
         assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
     }
     let version = Folder::new().run("--version").succeeded();

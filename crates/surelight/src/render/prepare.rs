@@ -31,6 +31,7 @@ impl Loaded {
         let mut warnings = std::mem::take(&mut scene.warnings);
         warnings.extend(view.note.clone());
         warnings.extend(light_note);
+        warnings.extend(args.method.warning(&scene));
         Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings })
     }
 
@@ -67,6 +68,8 @@ pub(super) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
 fn settings(args: &RenderArgs, view: &View) -> Settings {
     Settings {
         max_bounces: args.max_bounces.0,
+        integrator: args.method.integrator(),
+        sampler: args.method.sampler(),
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 use surelight_film::Metadata;
 use surelight_render::Outcome;
 
+use crate::method::word;
 use crate::progress::mega_rate;
 use crate::summary::{Adapter, RelativeError, Stop, Summary};
 
@@ -78,9 +79,10 @@ impl Finished<'_> {
 
     /// Options in force that make the expected image another than the true one.
     fn biased(&self) -> Vec<String> {
+        let integrator = self.args.method.bias(&self.loaded.scene);
         let bounces = self.args.max_bounces.0.map(|n| format!("max-bounces {n}"));
         let clamp = self.args.max_radiance.map(|x| format!("max-radiance {x}"));
-        bounces.into_iter().chain(clamp).collect()
+        integrator.into_iter().chain(bounces).chain(clamp).collect()
     }
 
     /// What shapes the picture, by the names of the options.
@@ -104,8 +106,9 @@ impl Finished<'_> {
             ("env-scale", json!(args.light.env_scale)),
             ("sky", json!(self.loaded.sky())),
             ("max-radiance", json!(args.max_radiance)),
-            ("integrator", json!("mis")),
-            ("sampler", json!("sobol")),
+            ("integrator", json!(word(args.method.integrator))),
+            ("directions", json!(args.method.directions_in_force().map(word))),
+            ("sampler", json!(word(args.method.sampler))),
         ];
         all.into_iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.to_owned(), value)).collect()
     }

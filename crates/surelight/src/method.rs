@@ -1,0 +1,189 @@
+//! How paths are sampled: `--integrator`, `--directions`, `--sampler`, and what follows for what may be claimed of the picture.
+
+use clap::{Args, ValueEnum};
+use surelight_render as render;
+use surelight_scene::Scene;
+
+/// The estimator of the rendering equation and where its random numbers come from.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MethodArgs {
+    /// How paths are sampled
+    #[arg(long, value_enum, default_value_t = Integrator::Mis)]
+    pub(crate) integrator: Integrator,
+
+    /// How `--integrator hemisphere` samples directions [default: bsdf]
+    #[arg(long, value_enum)]
+    pub(crate) directions: Option<Directions>,
+
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t = Sampler::Sobol)]
+    pub(crate) sampler: Sampler,
+}
+
+/// Names of the integrators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Integrator {
+    /// Directions are sampled, lights found by chance; lights without extent never
+    Hemisphere,
+    /// Points on lights are sampled
+    Area,
+    /// Both, joined by multiple importance sampling
+    Mis,
+    /// Mirrors, clear glass and one shadow ray to the middle of a light; biased, recorded as such
+    Whitted,
+}
+
+/// Names of the direction samplings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Directions {
+    /// Uniform over the hemisphere
+    Uniform,
+    /// By the cosine
+    Cosine,
+    /// By the BSDF
+    Bsdf,
+}
+
+/// Names of the samplers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sampler {
+    /// A hash for each number
+    Independent,
+    /// One jittered sample in each cell of a grid
+    Stratified,
+    /// Owen-scrambled Sobol points
+    Sobol,
+}
+
+/// The word that a value is chosen with.
+pub(crate) fn word(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+impl MethodArgs {
+    /// What is wrong with the combination, if anything.
+    pub(crate) fn conflict(&self) -> Option<&'static str> {
+        (self.directions.is_some() && self.integrator != Integrator::Hemisphere).then_some(
+            "the argument '--directions' needs '--integrator hemisphere': the others choose directions themselves",
+        )
+    }
+
+    /// As the renderer calls it.
+    pub(crate) fn integrator(&self) -> render::Integrator {
+        match self.integrator {
+            Integrator::Hemisphere => render::Integrator::Hemisphere(match self.directions {
+                Some(Directions::Uniform) => render::Directions::Uniform,
+                Some(Directions::Cosine) => render::Directions::Cosine,
+                Some(Directions::Bsdf) | None => render::Directions::Bsdf,
+            }),
+            Integrator::Area => render::Integrator::Area,
+            Integrator::Mis => render::Integrator::Mis,
+            Integrator::Whitted => render::Integrator::Whitted,
+        }
+    }
+
+    /// As the renderer calls it.
+    pub(crate) fn sampler(&self) -> render::Sampler {
+        match self.sampler {
+            Sampler::Independent => render::Sampler::Independent,
+            Sampler::Stratified => render::Sampler::Stratified,
+            Sampler::Sobol => render::Sampler::Sobol,
+        }
+    }
+
+    /// The direction sampling in force; `None` where the integrator chooses directions itself.
+    pub(crate) fn directions_in_force(&self) -> Option<Directions> {
+        (self.integrator == Integrator::Hemisphere).then(|| self.directions.unwrap_or(Directions::Bsdf))
+    }
+
+    /// The integrator as an entry of the list of biased options, where it does not tend to the true radiance of this scene.
+    pub(crate) fn bias(&self, scene: &Scene) -> Option<String> {
+        if self.integrator().is_biased() {
+            return Some(format!("integrator {}", word(self.integrator)));
+        }
+        let missed = self.lights_missed(scene);
+        (missed > 0).then(|| format!("integrator {} (misses {missed} lights without extent)", word(self.integrator)))
+    }
+
+    /// A warning where the integrator cannot find some of the scene's lights.
+    pub(crate) fn warning(&self, scene: &Scene) -> Option<String> {
+        let missed = self.lights_missed(scene);
+        if missed == 0 {
+            return None;
+        }
+        let what = if missed == 1 {
+            "the one point, spot or directional light".to_owned()
+        } else {
+            format!("the {missed} point, spot and directional lights")
+        };
+        let rest = if surface_light(scene) {
+            "their light is missing"
+        } else {
+            "there is no other light, so the picture is black"
+        };
+        let rest = if missed == 1 { rest.replace("their", "its") } else { rest.to_owned() };
+        Some(format!(
+            "the hemisphere integrator cannot find {what}, which no direction meets by chance: {rest} (--integrator area or mis finds them)"
+        ))
+    }
+
+    fn lights_missed(&self, scene: &Scene) -> usize {
+        if self.integrator == Integrator::Hemisphere { scene.lights.len() } else { 0 }
+    }
+}
+
+/// Whether there is light that a direction can meet: an emitter, or an environment that is not black.
+fn surface_light(scene: &Scene) -> bool {
+    use surelight_scene::Environment;
+    let environment = match &scene.environment {
+        Some(Environment::Uniform(radiance)) => radiance.iter().any(|&c| c > 0.0),
+        Some(Environment::Map { .. }) => true,
+        None => false,
+    };
+    environment || scene.instances.iter().any(|i| scene.materials[scene.meshes[i.mesh].material].is_emissive())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use surelight_scene::{Environment, Light, LightKind};
+
+    use super::*;
+
+    fn method(integrator: Integrator, directions: Option<Directions>) -> MethodArgs {
+        MethodArgs { integrator, directions, sampler: Sampler::Sobol }
+    }
+
+    #[test]
+    fn lights_that_no_direction_meets_are_told() {
+        let light =
+            Light { name: String::new(), kind: LightKind::Point { position: DVec3::ZERO }, intensity: [1.0; 3] };
+        let mut scene = Scene { lights: vec![light], ..Scene::default() };
+        let hemisphere = method(Integrator::Hemisphere, None);
+        assert!(hemisphere.warning(&scene).unwrap().contains("black"));
+        assert!(hemisphere.bias(&scene).unwrap().contains("misses 1"));
+        scene.environment = Some(Environment::Uniform([1.0; 3]));
+        assert!(hemisphere.warning(&scene).unwrap().contains("its light is missing"));
+        for other in [Integrator::Area, Integrator::Mis] {
+            assert_eq!((method(other, None).warning(&scene), method(other, None).bias(&scene)), (None, None));
+        }
+        scene.lights.clear();
+        assert_eq!((hemisphere.warning(&scene), hemisphere.bias(&scene)), (None, None));
+    }
+
+    #[test]
+    fn whitted_is_always_biased() {
+        assert_eq!(method(Integrator::Whitted, None).bias(&Scene::default()).as_deref(), Some("integrator whitted"));
+    }
+
+    #[test]
+    fn directions_belong_to_the_hemisphere_form() {
+        for integrator in Integrator::value_variants() {
+            let wrong = method(*integrator, Some(Directions::Cosine)).conflict().is_some();
+            assert_eq!(wrong, *integrator != Integrator::Hemisphere);
+            assert!(method(*integrator, None).conflict().is_none());
+        }
+        let uniform = method(Integrator::Hemisphere, Some(Directions::Uniform)).integrator();
+        assert_eq!(uniform, render::Integrator::Hemisphere(render::Directions::Uniform));
+    }
+}
