@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::compare::CompareArgs;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 
@@ -15,7 +16,7 @@ use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 #[command(
     name = "surelight",
     version,
-    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (the image so far is written).",
+    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (the image so far is written), 4 compare: they differ.",
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     arg_required_else_help = true
@@ -73,6 +74,8 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Tell what is in a scene, what the kernel will include because of it, and what is not supported
     Info(InfoArgs),
+    /// Tell how far apart two images are, and whether more than their noise explains it
+    Compare(CompareArgs),
     /// List adapters, drivers and limits
     Devices(DevicesArgs),
 }
@@ -335,6 +338,8 @@ mod tests {
             ("surelight a.glb --env a.hdr --sky 1,1,1", ErrorKind::ArgumentConflict),
             ("surelight a.glb --camera 0 --eye 0,0,0 --target 1,1,1", ErrorKind::ArgumentConflict),
             ("surelight a.glb --tonemap reinhard", ErrorKind::InvalidValue),
+            ("surelight compare a.exr", ErrorKind::MissingRequiredArgument),
+            ("surelight compare a.exr b.exr --map map.exr", ErrorKind::ValueValidation),
             ("surelight a.glb --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight info a.glb --integrator area --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),

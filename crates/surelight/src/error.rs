@@ -11,6 +11,17 @@ pub(crate) enum Error {
     /// The device or the renderer.
     #[error(transparent)]
     Render(#[from] surelight_render::RenderError),
+    /// An image could not be read.
+    #[error(transparent)]
+    Read(#[from] surelight_film::ReadError),
+    /// Images that cannot be compared.
+    #[error("{files} cannot be compared: {cause}")]
+    Compare {
+        /// Their names, in quotes.
+        files: String,
+        /// Why.
+        cause: surelight_film::compare::CompareError,
+    },
     /// An image could not be written.
     #[error(transparent)]
     Write(#[from] surelight_film::WriteError),

@@ -7,6 +7,7 @@
 
 mod args;
 mod camera;
+mod compare;
 mod console;
 mod devices;
 mod error;
@@ -32,6 +33,8 @@ use crate::error::{Error, sentence};
 const ERROR: u8 = 1;
 /// The time was up or Ctrl-C came before the target was met; the image is written.
 const STOPPED_EARLY: u8 = 3;
+/// `compare` found a difference.
+const DIFFER: u8 = 4;
 
 fn main() -> ExitCode {
     // Help and wrong usage end here, with the exit codes 0 and 2.
@@ -43,6 +46,9 @@ fn main() -> ExitCode {
     let done = panic::catch_unwind(|| match command {
         Command::Render(args) => render(&args),
         Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Compare(args) => {
+            compare::run(&args).map(|differ| if differ { ExitCode::from(DIFFER) } else { ExitCode::SUCCESS })
+        }
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
     });
     match done {

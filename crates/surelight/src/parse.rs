@@ -60,6 +60,14 @@ pub(crate) fn output_path(text: &str) -> Result<OutputPath, String> {
     Ok(OutputPath { path, format })
 }
 
+/// `--map OUT.png`.
+pub(crate) fn png_path(text: &str) -> Result<OutputPath, String> {
+    match output_path(text)? {
+        output if output.format == Format::Png => Ok(output),
+        _ => Err("the name must end in .png".into()),
+    }
+}
+
 /// `--size WxH`.
 pub(crate) fn size(text: &str) -> Result<Size, String> {
     let wrong = || "expected width x height in pixels, for example 640x480".to_owned();

@@ -1,0 +1,91 @@
+//! `compare` tells renders of one scene from those of another estimator, and says so by its exit code.
+
+mod common;
+
+use common::Folder;
+use serde_json::Value;
+
+/// A folder with two seeds of the Cornell box, and Whitted's idea of it.
+fn renders() -> Folder {
+    let folder = Folder::new();
+    for line in ["--seed 1 -o a.exr", "--seed 2 -o b.exr", "--seed 3 -o whitted.exr --integrator whitted"] {
+        folder.run(&format!("{{box}} --size 32x32 --spp 256 --quiet {line}")).succeeded();
+    }
+    folder
+}
+
+#[test]
+fn two_seeds_agree_and_whitted_does_not() {
+    let folder = renders();
+    let same = folder.run("compare a.exr b.exr").succeeded();
+    for words in ["mean ", "RMSE ", "relMSE ", "SMAPE ", "FLIP ", "the same", "would have been seen"] {
+        assert!(same.stdout.contains(words), "{words:?} is missing: {same:#?}");
+    }
+    let json: Value = serde_json::from_str(&folder.run("compare a.exr b.exr --json").succeeded().stdout).unwrap();
+    let verdict = &json["verdict"];
+    assert_eq!((&verdict["differ"], &verdict["tiles"], &json["pixels"]), (&false.into(), &4.into(), &1024.into()));
+    // Else "the same" would say nothing.
+    let detectable = verdict["detectable"].as_f64().unwrap();
+    assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be seen");
+    assert!(json["mean_relative"].as_f64().unwrap().abs() < detectable, "{json}");
+    assert_eq!(json["notes"], Value::Array(vec![]));
+
+    let other = folder.run("compare whitted.exr a.exr --map map.png");
+    assert_eq!(other.code, Some(4), "{other:#?}");
+    assert!(other.stdout.contains("they differ") && other.stdout.contains("biased by integrator whitted"), "{other:#?}");
+    let map = image::open(folder.path("map.png")).unwrap().to_rgb8();
+    assert_eq!((map.width(), map.height()), (32, 32));
+    // Without light between surfaces most of the box is darker: the cool arm has more blue than red.
+    let darker = map.pixels().filter(|p| p[2] > p[0]).count();
+    assert!(darker > 512, "{darker} of 1024 pixels are shown as darker");
+
+    let json = folder.run("compare whitted.exr a.exr --json");
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["verdict"]["differ"], true);
+    assert!(json["mean_relative"].as_f64().unwrap() < -0.05, "{json}");
+    assert!(json["verdict"]["different_tiles"][0]["p"].as_f64().unwrap() < 1e-6, "{json}");
+}
+
+#[test]
+fn an_image_is_itself() {
+    let folder = Folder::new();
+    folder.run("{box} --size 16x16 --spp 4 -o a.exr --quiet").succeeded();
+    let json = folder.run("compare a.exr a.exr --json").succeeded();
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!((&json["rmse"], &json["flip"], &json["verdict"]["differ"]), (&0.0.into(), &0.0.into(), &false.into()));
+}
+
+#[test]
+fn what_cannot_be_compared_is_told() {
+    let folder = Folder::new();
+    folder.run("{box} --size 16x16 --spp 2 -o a.exr --quiet").succeeded();
+    folder.run("{box} --size 16x12 --spp 2 -o small.exr --quiet").succeeded();
+    std::fs::write(folder.path("text.exr"), "no image").unwrap();
+    let before = folder.files();
+    folder.run("compare a.exr small.exr --map map.png").failed_with(&["small.exr", "16x16", "16x12"]);
+    folder.run("compare a.exr a.exr --reference-variance small.exr").failed_with(&["small.exr", "size"]);
+    folder.run("compare a.exr text.exr").failed_with(&["text.exr"]);
+    folder.run("compare gone.exr a.exr").failed_with(&["gone.exr", "not exist"]);
+    folder.run("compare a.exr a.exr --map gone/map.png").failed_with(&["gone"]);
+    assert_eq!(folder.files(), before);
+}
+
+/// A file with R, G, B and nothing else, as any renderer writes it.
+fn foreign(folder: &Folder, name: &str, value: f32) {
+    use exr::prelude::write_rgb_file;
+    write_rgb_file(folder.path(name), 16, 16, |_, _| (value, value, value)).unwrap();
+}
+
+#[test]
+fn images_of_other_renderers_get_metrics_and_with_a_variance_a_verdict() {
+    let folder = Folder::new();
+    folder.run("{box} --size 16x16 --spp 64 -o a.exr --quiet").succeeded();
+    foreign(&folder, "other.exr", 0.5);
+    foreign(&folder, "variance.exr", 1e-6);
+    let plain = folder.run("compare a.exr other.exr --map map.png").succeeded();
+    assert!(plain.stdout.contains("RMSE") && plain.stdout.contains("verdict   none"), "{plain:#?}");
+    assert!(plain.stdout.contains("other.exr does not know its variance"), "{plain:#?}");
+    assert!(folder.files().contains(&"map.png".to_owned()));
+    let judged = folder.run("compare a.exr other.exr --reference-variance variance.exr");
+    assert_eq!(judged.code, Some(4), "{judged:#?}");
+}
