@@ -33,9 +33,19 @@ pub struct Constant {
 /// `constants` become the module `package::generated`. The result is stripped of everything that the entry points do not
 /// reach, then validated by naga.
 pub fn compose(root: &str, features: &Features, constants: &[Constant]) -> Result<Composed, RenderError> {
+    compose_with(root, features, constants, None)
+}
+
+/// Likewise, with a module more, given as its path and source.
+pub(crate) fn compose_with(
+    root: &str,
+    features: &Features,
+    constants: &[Constant],
+    more: Option<(&str, &str)>,
+) -> Result<Composed, RenderError> {
     let generated = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value)).collect::<String>();
     let mut resolver = VirtualResolver::new();
-    for &(path, source) in MODULES {
+    for (path, source) in MODULES.iter().copied().chain(more) {
         resolver.add_module(module_path(path)?, Cow::Borrowed(source));
     }
     resolver.add_module(module_path("package::generated")?, Cow::Owned(generated));

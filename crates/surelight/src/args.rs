@@ -7,6 +7,8 @@ use std::time::Duration;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::integrate::IntegrateArgs;
+use crate::measure::MeasureArgs;
 use crate::compare::CompareArgs;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
@@ -41,6 +43,7 @@ where
     let method = match &command {
         Command::Render(args) => Some(&args.method),
         Command::Info(args) => Some(&args.method),
+        Command::Measure(args) => Some(&args.method),
         _ => None,
     };
     match method.and_then(MethodArgs::conflict) {
@@ -74,6 +77,10 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Tell what is in a scene, what the kernel will include because of it, and what is not supported
     Info(InfoArgs),
+    /// Measure one number with its error bar: radiance, irradiance and illuminance, or the mean of an image region
+    Measure(Box<MeasureArgs>),
+    /// Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula, on the device
+    Integrate(Box<IntegrateArgs>),
     /// Tell how far apart two images are, and whether more than their noise explains it
     Compare(CompareArgs),
     /// List adapters, drivers and limits

@@ -25,6 +25,20 @@ pub(crate) enum Error {
     /// An image could not be written.
     #[error(transparent)]
     Write(#[from] surelight_film::WriteError),
+    /// A formula that is not one.
+    #[error(transparent)]
+    Formula(#[from] surelight_render::FormulaError),
+    /// A region that reaches beyond its image.
+    #[error("the region reaches beyond the image, which has {width}x{height} pixels; --size chooses another")]
+    Region {
+        /// Pixels a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// A vector without length.
+    #[error("{0} has no length; a direction is needed")]
+    NoDirection(&'static str),
     /// A place where nothing can be written, found before rendering.
     #[error("\"{}\" cannot be written: {cause}", path.display())]
     Output {

@@ -14,8 +14,10 @@ mod error;
 mod fingerprint;
 mod headless;
 mod info;
+mod integrate;
 mod interrupt;
 mod light;
+mod measure;
 mod method;
 mod output;
 mod parse;
@@ -46,6 +48,8 @@ fn main() -> ExitCode {
     let done = panic::catch_unwind(|| match command {
         Command::Render(args) => render(&args),
         Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Measure(args) => measure::run(&args).map(met),
+        Command::Integrate(args) => integrate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => {
             compare::run(&args).map(|differ| if differ { ExitCode::from(DIFFER) } else { ExitCode::SUCCESS })
         }
@@ -59,6 +63,11 @@ fn main() -> ExitCode {
         }
         Err(_) => ExitCode::from(ERROR), // told by the hook
     }
+}
+
+/// The exit code of a command with a target.
+fn met(target: bool) -> ExitCode {
+    if target { ExitCode::SUCCESS } else { ExitCode::from(STOPPED_EARLY) }
 }
 
 fn render(args: &args::RenderArgs) -> Result<ExitCode, Error> {

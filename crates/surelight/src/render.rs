@@ -16,6 +16,7 @@ use crate::summary::{Seconds, Summary};
 use crate::{interrupt, output};
 
 use prepare::Loaded;
+pub(crate) use prepare::adapter_choice;
 
 /// Samples a pixel when neither `--spp` nor `--time` is given.
 const DEFAULT_SPP: u32 = 64;

@@ -55,7 +55,7 @@ impl Loaded {
 }
 
 /// The adapter that `--adapter` means.
-pub(super) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
+pub(crate) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
     match adapter {
         None => AdapterChoice::Best,
         Some(wanted) => match wanted.index() {

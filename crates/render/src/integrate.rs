@@ -1,0 +1,272 @@
+//! Integrals of a user's formula over a box, evaluated on the device in f32: random sampling in independent replicates, and the
+//! grids of quadrature rules. Sums of more than 64 terms are the host's, in f64.
+
+mod formula;
+
+use std::time::{Duration, Instant};
+
+use bytemuck::{Pod, Zeroable};
+use surelight_estimate::{Rule, RuleError};
+
+use crate::{
+    compose::{Constant, compose_with},
+    device::Device,
+    error::RenderError,
+    features::Features,
+    kernel::{Checks, Kernel, Resource, Resources},
+    prepare::Sampler,
+    upload::Uploader,
+};
+
+pub use self::formula::{Formula, FormulaError, MOST_DIMENSIONS};
+
+const ROOT: &str = "package::kernel::integrate";
+/// Lanes of a workgroup, and samples of a lane: as the shader says.
+const GROUP: u32 = 64;
+const CHUNK: u32 = 64;
+/// Lanes of one dispatch: its results are 8 bytes a lane.
+const MOST_LANES: u32 = 1 << 20;
+/// A dispatch grows while it is shorter and shrinks where it is longer than this.
+const SHORT: Duration = Duration::from_millis(40);
+const LONG: Duration = Duration::from_millis(200);
+/// Nodes of all axes together.
+const MOST_NODES: usize = 1 << 24;
+
+/// Twin of `Task` in `shaders/kernel/integrate.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct Task {
+    first: u32,
+    count: u32,
+    samples: u32,
+    chunks: u32,
+    first_replicate: u32,
+    stream: u32,
+    seed: u32,
+    unused: u32,
+    low: [[f32; 4]; MOST_DIMENSIONS],
+}
+
+/// A formula on a box, compiled for a device.
+pub struct Integrand<'a> {
+    device: &'a Device,
+    bounds: Vec<[f64; 2]>,
+    samplers: Vec<(Sampler, Kernel)>,
+    nodes_kernel: Kernel,
+    task: wgpu::Buffer,
+    nodes: wgpu::Buffer,
+    results: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    /// Lanes that the last dispatches of either kind bore well.
+    lanes: u32,
+}
+
+/// What sampling found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampled {
+    /// The integral by each replicate: independent, of equal distribution.
+    pub replicates: Vec<f64>,
+    /// Means of up to 64 samples, times the volume: what a test of the tail looks at. At most 2^18 of them.
+    pub chunks: Vec<f64>,
+    /// Values that were not finite, counted as 0.
+    pub non_finite: u64,
+    /// Evaluations of the formula.
+    pub evaluations: u64,
+}
+
+/// What a quadrature rule found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// The integral.
+    pub estimate: f64,
+    /// Values that were not finite, counted as 0.
+    pub non_finite: u64,
+    /// Evaluations of the formula.
+    pub evaluations: u64,
+}
+
+/// Chunk means that are kept.
+const MOST_CHUNKS: u32 = 1 << 18;
+
+impl<'a> Integrand<'a> {
+    /// Compiles the formula for each sampler. `bounds`: from and to of each dimension, as many as the formula has.
+    pub fn new(device: &'a Device, formula: &Formula, bounds: &[[f64; 2]], most_nodes: usize) -> Result<Self, RenderError> {
+        use wgpu::BufferUsages as U;
+        assert_eq!(formula.dimensions(), bounds.len(), "a formula and a box of different dimensions");
+        let mut up = Uploader::new(device);
+        let bytes = u64::from(MOST_LANES) * 8;
+        let task = up.buffer("the task", &[Task::default()], U::UNIFORM | U::COPY_DST)?;
+        let nodes = up.zeros("nodes", 4 * most_nodes.clamp(64, MOST_NODES) as u64, U::STORAGE | U::COPY_DST)?;
+        let results = up.zeros("the results", bytes, U::STORAGE | U::COPY_SRC)?;
+        let readback = up.zeros("the results' copy", bytes, U::MAP_READ | U::COPY_DST)?;
+        let mut resources = Resources::new();
+        for (name, buffer) in [("task", &task), ("nodes", &nodes), ("results", &results)] {
+            resources.insert(name, Resource::Buffer(buffer.clone()));
+        }
+        let (module, _) = formula.module();
+        let constants = [Constant { name: "DIMENSIONS", value: bounds.len() as u32 }];
+        let kernel = |sampler: Sampler, entry: &str| {
+            let features = Features {
+                sampler_independent: sampler == Sampler::Independent,
+                sampler_stratified: sampler == Sampler::Stratified,
+                ..Features::default()
+            };
+            let shader = compose_with(ROOT, &features, &constants, Some(("package::integrand", &module)))?;
+            // The formula is a user's: it may index out of bounds.
+            Kernel::new(device, &shader, entry, Checks::Full, &resources)
+        };
+        let all = [Sampler::Independent, Sampler::Stratified, Sampler::Sobol];
+        let samplers = all.into_iter().map(|s| Ok((s, kernel(s, "integrate_samples")?))).collect::<Result<_, RenderError>>()?;
+        let nodes_kernel = kernel(Sampler::Sobol, "integrate_nodes")?;
+        let mut integrand = Self {
+            device,
+            bounds: bounds.to_vec(),
+            samplers,
+            nodes_kernel,
+            task,
+            nodes,
+            results,
+            readback,
+            lanes: 1 << 10,
+        };
+        // Drivers compile at the first dispatch.
+        for sampler in all {
+            integrand.sample(sampler, 1, 1, 0, 0)?;
+        }
+        integrand.nodes(&vec![vec![0.0]; bounds.len()], 1, &mut |_, _| {})?;
+        Ok(integrand)
+    }
+
+    fn volume(&self) -> f64 {
+        self.bounds.iter().map(|[a, b]| b - a).product()
+    }
+
+    /// Estimates the integral by `replicates` independent sets of `samples` points each. The points are a pure function of
+    /// sampler, replicate, index and seed; `first_replicate` numbers the first. Fewer than 2^38 points in all.
+    pub fn sample(
+        &mut self,
+        sampler: Sampler,
+        replicates: u32,
+        samples: u32,
+        first_replicate: u32,
+        seed: u32,
+    ) -> Result<Sampled, RenderError> {
+        let chunks = samples.div_ceil(CHUNK);
+        let volume = self.volume();
+        let mut low = [[0.0; 4]; MOST_DIMENSIONS];
+        for (low, [a, b]) in low.iter_mut().zip(&self.bounds) {
+            *low = [*a as f32, (b - a) as f32, 0.0, 0.0];
+        }
+        let Some(index) = self.samplers.iter().position(|(s, _)| *s == sampler) else { return Ok(Sampled::default()) };
+        let mut sums = vec![0.0; replicates as usize];
+        let mut found = Sampled { evaluations: u64::from(replicates) * u64::from(samples), ..Sampled::default() };
+        let total = replicates.saturating_mul(chunks);
+        let stride = total.div_ceil(MOST_CHUNKS);
+        let mut first = 0;
+        while first < total {
+            let count = self.lanes.min(total - first);
+            let stream = sampler as u32;
+            let task = Task { first, count, samples, chunks, first_replicate, stream, seed, unused: 0, low };
+            let (pairs, seconds) = self.run(&self.samplers[index].1, &task, 2 * count)?;
+            for (pair, number) in pairs.chunks_exact(2).zip(first..) {
+                let terms = CHUNK.min(samples - number % chunks * CHUNK);
+                // A sum beyond f32 is lost as a whole.
+                let (value, bad) = if pair[0].is_finite() { (pair[0], pair[1] as u64) } else { (0.0, terms.into()) };
+                found.non_finite += bad;
+                sums[(number / chunks) as usize] += f64::from(value);
+                if terms == CHUNK && number.is_multiple_of(stride) {
+                    found.chunks.push(f64::from(value) / f64::from(terms) * volume);
+                }
+            }
+            first += count;
+            self.adapt(count, seconds);
+        }
+        found.replicates = sums.into_iter().map(|sum| sum / f64::from(samples) * volume).collect();
+        Ok(found)
+    }
+
+    /// The tensor product of a rule with `points` a dimension; fewer than 2^32 in all.
+    ///
+    /// # Errors
+    /// Where the rule does not exist (the inner error) or the device fails.
+    pub fn grid(&mut self, rule: Rule, points: usize) -> Result<Result<Grid, RuleError>, RenderError> {
+        let dimensions = self.bounds.len();
+        let nodes = match rule.nodes(points) {
+            Ok(nodes) => nodes,
+            Err(error) => return Ok(Err(error)),
+        };
+        let total = u32::try_from(dimensions).ok().and_then(|d| (points as u64).checked_pow(d));
+        let Some(total) = total.filter(|&t| t <= u64::from(u32::MAX) && points * dimensions <= MOST_NODES) else {
+            return Ok(Err(RuleError::TooMany { points, dimensions }));
+        };
+        let axes: Vec<Vec<f32>> = self
+            .bounds
+            .iter()
+            .map(|[a, b]| nodes.iter().map(|(x, _)| (0.5 * (a + b) + 0.5 * (b - a) * x) as f32).collect())
+            .collect();
+        let (mut sum, mut non_finite) = (0.0, 0);
+        let scale = self.volume() / 2f64.powi(dimensions as i32);
+        self.nodes(&axes, total as u32, &mut |first, values| {
+            // Indices of the first node on all axes; then counted on.
+            let mut digits = vec![0; dimensions];
+            let mut rest = first as usize;
+            for digit in &mut digits {
+                *digit = rest % points;
+                rest /= points;
+            }
+            for value in values {
+                if value.is_finite() {
+                    sum += f64::from(*value) * digits.iter().map(|&d| nodes[d].1).product::<f64>();
+                } else {
+                    non_finite += 1;
+                }
+                for digit in &mut digits {
+                    *digit += 1;
+                    if *digit < points {
+                        break;
+                    }
+                    *digit = 0;
+                }
+            }
+        })?;
+        Ok(Ok(Grid { estimate: sum * scale, non_finite, evaluations: total }))
+    }
+
+    /// Values at all nodes, in runs: number of the first, values.
+    fn nodes(&mut self, axes: &[Vec<f32>], total: u32, take: &mut dyn FnMut(u32, &[f32])) -> Result<(), RenderError> {
+        self.device.scoped("nodes", || self.device.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&axes.concat())))?;
+        let samples = axes[0].len() as u32;
+        let mut first = 0;
+        while first < total {
+            let count = self.lanes.min(total - first);
+            let (values, seconds) = self.run(&self.nodes_kernel, &Task { first, count, samples, ..Task::default() }, count)?;
+            take(first, &values);
+            first += count;
+            self.adapt(count, seconds);
+        }
+        Ok(())
+    }
+
+    /// One dispatch: its results and how long it took.
+    fn run(&self, kernel: &Kernel, task: &Task, floats: u32) -> Result<(Vec<f32>, Duration), RenderError> {
+        let (device, size) = (self.device, u64::from(floats) * 4);
+        let started = Instant::now();
+        device.scoped("a dispatch", || {
+            device.queue.write_buffer(&self.task, 0, bytemuck::bytes_of(task));
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            kernel.record(&mut encoder, task.count.div_ceil(GROUP));
+            encoder.copy_buffer_to_buffer(&self.results, 0, &self.readback, 0, size);
+            device.queue.submit([encoder.finish()]);
+        })?;
+        let values = device.read(&self.readback, size, bytemuck::pod_collect_to_vec)?;
+        Ok((values, started.elapsed()))
+    }
+
+    fn adapt(&mut self, count: u32, time: Duration) {
+        if time > LONG {
+            self.lanes = (self.lanes / 2).max(GROUP);
+        } else if time < SHORT && count == self.lanes {
+            self.lanes = (2 * self.lanes).min(MOST_LANES);
+        }
+    }
+}
