@@ -1,6 +1,6 @@
 //! Everything that light sampling can choose from, and with which probability.
 
-use std::f64::consts::PI;
+use std::{collections::HashMap, f64::consts::PI};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec2};
@@ -86,6 +86,8 @@ impl Lights {
         if total.is_nan() || total <= 0.0 {
             return Self { triangle_weights: lights.triangle_weights, ..Self::default() };
         }
+        lights.share_among_emitters(accel, &mut powers, total);
+        let total: f64 = powers.iter().sum();
         lights.density = (PI / total) as f32;
         if environment.is_some() {
             lights.environment_probability = (powers[powers.len() - 1] / total) as f32;
@@ -100,6 +102,34 @@ impl Lights {
             })
             .collect();
         lights
+    }
+
+    /// Half of the choice goes by power, half to each emitter alike: a mesh, a punctual light, the environment. Power alone
+    /// starves a small lamp that stands close to what it lights, and the error bars of that place with it.
+    fn share_among_emitters(&mut self, accel: &Accel, powers: &mut [f64], total: f64) {
+        let mesh_of = |light: &AreaLight| accel.triangles[light.prim as usize].mesh;
+        let mut by_mesh: HashMap<u32, f64> = HashMap::new();
+        for (light, power) in self.area.iter().zip(powers.iter()) {
+            *by_mesh.entry(mesh_of(light)).or_default() += power;
+        }
+        let emitters = (by_mesh.len() + powers.len() - self.area.len()) as f64;
+        let factor = |emitter: f64| 0.5 + 0.5 * total / (emitters * emitter);
+        for (prim, weight) in self.triangle_weights.iter_mut().enumerate() {
+            if let Some(&power) = by_mesh.get(&accel.triangles[prim].mesh) {
+                *weight *= factor(power) as f32;
+            }
+        }
+        // A triangle's weight and its power must keep in step to the last bit of f32: they are the same pdf.
+        for (i, power) in powers.iter_mut().enumerate() {
+            *power *= match self.area.get_mut(i) {
+                Some(light) => {
+                    let f = factor(by_mesh[&mesh_of(light)]) as f32;
+                    light.weight *= f;
+                    f64::from(f)
+                }
+                None => factor(*power),
+            };
+        }
     }
 
     fn add_triangles(&mut self, scene: &Scene, accel: &Accel, powers: &mut Vec<f64>) {

@@ -11,7 +11,7 @@ mod view;
 
 use std::collections::BTreeSet;
 
-use surelight_accel::{Accel, BuildOptions};
+use surelight_accel::{Accel, BuildOptions, Layout};
 use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 
 use self::{
@@ -123,7 +123,7 @@ impl Settings {
             focus: None,
             max_radiance: None,
             receiver: false,
-            build: BuildOptions::default(),
+            build: BuildOptions { layout: Layout::Wide, ..BuildOptions::default() },
         }
     }
 }
