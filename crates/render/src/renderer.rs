@@ -28,10 +28,13 @@ const GPU_LANES: u32 = 1 << 20;
 const SHORTEST_DISPATCH: Duration = Duration::from_millis(50);
 const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
 
-/// Loop iterations a lane may start a step within. With the walk's own limit of 32,768 this stays under the 65,535 after
-/// which some CPU drivers silently end every loop of an invocation.
+/// Loop iterations a lane may start a step within.
+///
+/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step and count for
+/// all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations before the last
+/// step, and that one at most the walk's own limit of 32,768.
 const LEAST_BUDGET: u32 = 64;
-const MOST_BUDGET: u32 = 16_384;
+const MOST_BUDGET: u32 = 4096;
 
 /// What has been done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
