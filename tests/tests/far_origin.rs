@@ -1,7 +1,6 @@
 //! A scene that stands 1e5 units from the origin looks as it does at the origin: within 0.2 % of the mean.
 
 use glam::{DAffine3, DVec3, Vec3};
-use surelight_estimate::{Estimate, welch_test};
 use surelight_render::Settings;
 use surelight_scene::{LightKind, Scene, procedural};
 use surelight_tests::render::{Judge, all, pooled, render};
@@ -62,10 +61,9 @@ fn by_its_vertices() {
     Judge::new(LIMIT).mean("room at 1e5", &film, procedural::furnace::RADIANCE.map(f64::from));
 }
 
-/// What lies far from the camera, and not only far from the origin: a floor that begins at the camera's feet and ends 1e5 away is
-/// lit by a far lamp as much as by a near one of the same shape.
+/// Large and small worlds look alike: offsets of rays and ends of shadow rays scale with what they stand on.
 #[test]
-fn far_from_the_camera() {
+fn at_any_scale() {
     let scene = procedural::quad_light::quad_light();
     let scaled = |factor: f64| {
         let mut scene = scene.clone();
@@ -80,7 +78,5 @@ fn far_from_the_camera() {
         let change = b.mean / a.mean - 1.0;
         println!("scaled by {factor:e}: {:+.5} %", 100.0 * change);
         assert!(change.abs() < LIMIT, "scaled by {factor:e} it changes by {change:+.1e}");
-        // And nothing of it is noise: the samples are the same.
-        assert!(welch_test(&a, &Estimate { variance: 0.0, ..b }).p > 0.5, "scaled by {factor:e}");
     }
 }

@@ -9,10 +9,10 @@ use surelight_tests::scenes::{map, with_everything};
 use surelight_tests::welch::Comparison;
 
 fn check(scene: &Scene, comparison: Comparison, batches: u32, samples: u32) {
-    let size = [32, 32];
-    let own = prepare(scene, &Settings { seed: 1, ..Settings::new(32, 32) });
+    let size = [24, 24];
+    let own = prepare(scene, &Settings { seed: 1, ..Settings::new(24, 24) });
     // A lens without width and a clamp that nothing meets.
-    let all = Settings { seed: 2, aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(32, 32) };
+    let all = Settings { seed: 2, aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(24, 24) };
     let general = prepare(&with_everything(scene.clone()), &all);
     let elsewhere = chosen_elsewhere();
     for (feature, on, _) in general.features.list() {
@@ -24,26 +24,32 @@ fn check(scene: &Scene, comparison: Comparison, batches: u32, samples: u32) {
     comparison.assert_equal(&format!("{}, without {saved} features", scene.name), &own, &general);
 }
 
-const PICTURES: usize = 5;
+const PICTURES: usize = 3;
 
 #[test]
-fn diffuse_scenes() {
-    let comparison = Comparison { power: 0.01, pictures: PICTURES, pixels: true };
-    check(&procedural::cornell_box::cornell_box(), comparison, 32, 16);
-    check(&procedural::furnace::furnace(), comparison, 32, 16);
+fn diffuse() {
+    let comparison = Comparison { power: 0.05, pictures: PICTURES, pixels: true };
+    check(&procedural::cornell_box::cornell_box(), comparison, 16, 16);
 }
 
 #[test]
-fn textures_and_skies() {
-    let comparison = Comparison { power: 0.02, pictures: PICTURES, pixels: true };
-    check(&procedural::textured::textured(), Comparison { pixels: false, ..comparison }, 32, 16);
-    let mut scene = procedural::spheres::spheres();
+fn textures_under_a_sky() {
+    // Pixels are far from normal here and below; their mean is near enough.
+    let mut scene = procedural::textured::textured();
     scene.environment = Some(map(16, 8, |x, y| [(x % 5) as f32, 1.0, (y % 3) as f32]));
-    check(&scene, Comparison { pixels: false, ..comparison }, 32, 16);
+    check(&scene, Comparison { power: 0.1, pictures: PICTURES, pixels: false }, 16, 16);
 }
 
 #[test]
 fn glass() {
-    // Caustics: pixels are far from normal, their mean is near enough.
-    check(&procedural::glass::glass(), Comparison { power: 0.1, pictures: PICTURES, pixels: false }, 64, 16);
+    check(&procedural::glass::glass(), Comparison { power: 0.25, pictures: PICTURES, pixels: false }, 16, 16);
+}
+
+/// Kernels with coverage tests and textures run loops within loops, which CPU drivers count together up to a limit that ends them
+/// all in silence. Dispatches grow while they are fast: on a small picture they are, and nothing may be lost.
+#[test]
+fn long_dispatches_of_the_general_kernel_lose_nothing() {
+    let scene = with_everything(procedural::glass::glass());
+    // Fails where walks are cut short.
+    trace(&prepare(&scene, &Settings::new(8, 8)), [8, 8], 4, 256);
 }
