@@ -1,0 +1,201 @@
+//! Every unbiased way to sample paths finds the same picture: hemisphere form = area form = both combined, whatever directions the
+//! hemisphere form samples and wherever random numbers come from; and Whitted's does not.
+//!
+//! Welch's test on noisy renders of different seeds at α = 0.01 in all of this file's comparisons; the smallest difference that would
+//! be seen 9 times in 10 is printed and bounded.
+
+use glam::DVec3;
+use surelight_estimate::welch_test;
+use surelight_film::Film;
+use surelight_render::{Directions, Integrator, Sampler, Settings};
+use surelight_scene::procedural::shapes::Shape;
+use surelight_scene::{Environment, Light, LightKind, Material, Scene};
+use surelight_tests::render::{all, pooled, prepare, render, trace};
+use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
+use surelight_tests::welch::Comparison;
+
+const SIZE: [u32; 2] = [24, 24];
+const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
+
+/// Comparisons in this file; levels are Šidák's over all of them.
+const PICTURES: usize = 16;
+
+fn metal(roughness: f32) -> Material {
+    Material { base_color: [0.9, 0.7, 0.5, 1.0], roughness, double_sided: true, ..Material::default() }
+}
+
+fn plastic(roughness: f32) -> Material {
+    Material { base_color: [0.2, 0.5, 0.7, 1.0], metallic: 0.0, roughness, ..Material::default() }
+}
+
+fn glass(roughness: f32) -> Material {
+    Material { metallic: 0.0, roughness, transmission: 1.0, ..Material::default() }
+}
+
+/// A corner of a room with two balls, of `left` and `right`, before the camera.
+fn corner(name: &str, left: Material, right: Material) -> Scene {
+    let mut scene = Scene { name: name.into(), ..Scene::default() };
+    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([0.7, 0.6, 0.5]));
+    let wall = Shape::parallelogram(DVec3::new(0.0, 1.0, -1.0), DVec3::X * 2.0, DVec3::Y);
+    add(&mut scene, wall, lambert([0.4, 0.6, 0.3]));
+    add(&mut scene, Shape::icosphere(2).placed(0.45, DVec3::new(-0.6, 0.46, 0.0)), left);
+    add(&mut scene, Shape::icosphere(2).placed(0.45, DVec3::new(0.6, 0.46, 0.0)), right);
+    let eye = look_at(DVec3::new(0.0, 1.3, 3.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y);
+    scene.cameras.push(pinhole(eye, 40.0));
+    scene
+}
+
+/// A large lamp above, which directions find often enough to be compared.
+fn add_lamp(scene: &mut Scene, radiance: [f32; 3]) {
+    let lamp = Shape::parallelogram(DVec3::new(0.0, 2.2, 0.3), DVec3::X * 0.9, DVec3::Z * 0.9);
+    add(scene, lamp, emitter(radiance));
+}
+
+/// Diffuse and glossy surfaces under a lamp.
+fn lamp() -> Scene {
+    let mut scene = corner("lamp", metal(0.5), plastic(0.4));
+    add_lamp(&mut scene, [4.0, 3.0, 2.0]);
+    scene
+}
+
+/// The same under a map with a bright quarter.
+fn sky_map() -> Scene {
+    let mut scene = corner("map", metal(0.5), plastic(0.4));
+    let texel = |x: u32, y: u32| if y < 3 && x % 8 < 4 { [3.0, 2.5, 2.0] } else { [0.3, 0.4, 0.6] };
+    scene.environment = Some(map(16, 8, texel));
+    scene
+}
+
+/// Clear and frosted glass under a lamp and a uniform sky.
+fn glass_balls() -> Scene {
+    let mut scene = corner("glass", glass(0.0), glass(0.6));
+    add_lamp(&mut scene, [2.0, 2.0, 2.0]);
+    scene.environment = Some(Environment::Uniform([0.5, 0.6, 0.7]));
+    scene
+}
+
+fn settings(integrator: Integrator, seed: u32) -> Settings {
+    Settings { integrator, seed, ..Settings::new(SIZE[0], SIZE[1]) }
+}
+
+/// A way to render, with its samples a batch.
+type Way = (&'static str, Settings, u32);
+
+/// The scene by multiple importance sampling against other ways.
+fn check(scene: &Scene, ways: &[Way], power: f64) {
+    let bounces = ways[0].1.max_bounces;
+    let reference = Settings { max_bounces: bounces, ..settings(Integrator::Mis, 1000) };
+    let reference = render(scene, &reference, 16, 64);
+    for (name, settings, samples) in ways {
+        let film = render(scene, settings, 16, *samples);
+        let comparison = Comparison { power, pictures: PICTURES, pixels: false };
+        comparison.assert_equal(&format!("{}: {name} against mis", scene.name), &film, &reference);
+    }
+}
+
+/// All forms; directions that do not follow the BSDF are noisy, and get more samples.
+fn forms(first_seed: u32) -> [Way; 4] {
+    let directions = |directions, k| settings(Integrator::Hemisphere(directions), first_seed + k);
+    [
+        ("hemisphere, by the BSDF", directions(Directions::Bsdf, 0), 64),
+        ("hemisphere, by the cosine", directions(Directions::Cosine, 1), 256),
+        ("hemisphere, uniform", directions(Directions::Uniform, 2), 256),
+        ("area", settings(Integrator::Area, first_seed + 3), 64),
+    ]
+}
+
+#[test]
+fn forms_agree_under_a_lamp() {
+    check(&lamp(), &forms(1), 0.02);
+}
+
+#[test]
+fn forms_agree_about_glass() {
+    check(&glass_balls(), &forms(7), 0.04);
+}
+
+#[test]
+fn forms_agree_under_a_map() {
+    let ways = [("hemisphere", settings(HEMISPHERE, 5), 64), ("area", settings(Integrator::Area, 6), 64)];
+    check(&sky_map(), &ways, 0.02);
+}
+
+#[test]
+fn forms_agree_at_one_bounce() {
+    let one = |integrator, seed| Settings { max_bounces: Some(1), ..settings(integrator, seed) };
+    let ways = [("hemisphere", one(HEMISPHERE, 11), 64), ("area", one(Integrator::Area, 12), 64)];
+    check(&lamp(), &ways, 0.02);
+}
+
+#[test]
+fn samplers_agree() {
+    let sampler = |sampler, seed| Settings { sampler, ..settings(Integrator::Mis, seed) };
+    let ways =
+        [("independent", sampler(Sampler::Independent, 13), 64), ("stratified", sampler(Sampler::Stratified, 14), 64)];
+    check(&lamp(), &ways, 0.01);
+}
+
+/// Of mirrors, clear glass and point lights Whitted's picture is complete up to light between surfaces: at one bounce it is the truth.
+#[test]
+fn whitted_is_right_about_direct_light_of_points() {
+    let mut scene = corner("points", lambert([0.8, 0.2, 0.2]), lambert([0.2, 0.8, 0.2]));
+    let light = |position, intensity| Light { name: String::new(), kind: LightKind::Point { position }, intensity };
+    scene.lights.push(light(DVec3::new(-1.0, 2.0, 1.0), [9.0, 5.0, 5.0]));
+    scene.lights.push(light(DVec3::new(1.5, 1.5, 2.0), [1.0, 4.0, 4.0]));
+    let one = Settings { max_bounces: Some(1), ..settings(Integrator::Whitted, 15) };
+    check(&scene, &[("whitted", one, 32)], 0.005);
+}
+
+#[test]
+fn whitted_is_biased_and_says_so() {
+    for integrator in [HEMISPHERE, Integrator::Area, Integrator::Mis] {
+        assert!(!integrator.is_biased());
+    }
+    assert!(Integrator::Whitted.is_biased());
+    let scene = lamp();
+    let whitted = render(&scene, &settings(Integrator::Whitted, 16), 16, 16);
+    let truth = render(&scene, &settings(Integrator::Mis, 17), 16, 16);
+    let mean = |film: &Film| pooled(film, 1, all(film));
+    let test = welch_test(&mean(&whitted), &mean(&truth));
+    let relative = test.difference / mean(&truth).mean;
+    println!("whitted differs by {:+.1} %, p {:.1e}", 100.0 * relative, test.p);
+    assert!(relative < -0.05 && test.p < 1e-12, "whitted differs by {relative}, p = {}", test.p);
+}
+
+/// Relative RMS errors, over pixels and channels, of a batch of each size, by the spread of `batches` of them: all that unbiased ones have.
+fn errors(sampler: Sampler, sizes: &[u32], batches: u32) -> Vec<f64> {
+    let scene = surelight_scene::procedural::cornell_box::cornell_box();
+    let prepared = prepare(&scene, &Settings { sampler, ..Settings::new(16, 16) });
+    let films: Vec<_> = sizes.iter().map(|&samples| trace(&prepared, [16, 16], batches, samples)).collect();
+    // Relative to the best means there are: else the few pixels at the lamp's edge would make up all of the error.
+    let best = films.last().expect("sizes are given");
+    let error = |film: &Film| {
+        let squares = all(film).flat_map(|i| {
+            let variance = film.variance_of_mean(i).expect("several batches");
+            let mean = best.mean(i);
+            [0, 1, 2].map(|c| variance[c] * f64::from(batches) / (mean[c] * mean[c] + 1e-4))
+        });
+        (squares.sum::<f64>() / (3.0 * film.pixels().len() as f64)).sqrt()
+    };
+    films.iter().map(error).collect()
+}
+
+/// The power of N with which errors fall, from the first size to the last.
+fn slope(sizes: [u32; 2], errors: &[f64]) -> f64 {
+    (errors[1] / errors[0]).ln() / f64::from(sizes[1] / sizes[0]).ln()
+}
+
+/// Independent samples err by 1/√N, Sobol's by less, from few samples on.
+///
+/// Some 250 independent pixels of 256 batches know the root of a variance to about 0.6 %, and the slope over a factor 16 to 0.003 (one
+/// standard error); Sobol's over 64, of 64 batches, to 0.005.
+#[test]
+fn errors_fall_as_they_should() {
+    let (few, many) = ([4, 64], [4, 256]);
+    let independent = errors(Sampler::Independent, &few, 256);
+    let sobol = errors(Sampler::Sobol, &many, 64);
+    let (flat, steep) = (slope(few, &independent), slope(many, &sobol));
+    println!("independent {flat:.3} {independent:.4?}, sobol {steep:.3} {sobol:.4?}");
+    assert!((flat + 0.5).abs() < 0.02, "independent samples' error falls with the power {flat}");
+    assert!(steep < -0.58, "Sobol's error falls with the power {steep}");
+}
