@@ -85,11 +85,11 @@ fn check_size(width: u64, height: u64, file_bytes: usize) -> Result<(), String> 
 
 fn hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     // Not strict: comments and unknown header lines are common.
-    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(hdr_cause)?;
     let metadata = decoder.metadata();
     let (width, height) = decoder.dimensions();
     check_size(width.into(), height.into(), bytes.len())?;
-    let pixels = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?.into_rgb32f();
+    let pixels = DynamicImage::from_decoder(decoder).map_err(hdr_cause)?.into_rgb32f();
     // EXPOSURE and COLORCORR state what the stored values were multiplied by.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let (r, g, b) = metadata.color_correction.unwrap_or((1.0, 1.0, 1.0));
@@ -99,6 +99,14 @@ fn hdr(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     }
     let texels = pixels.pixels().map(|p| std::array::from_fn(|i| p.0[i] * factor[i])).collect();
     Ok(EnvironmentMap { width, height, texels })
+}
+
+/// The decoder's words, but for a file that just ends.
+fn hdr_cause(error: image::ImageError) -> String {
+    match error {
+        image::ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => "it is cut short".into(),
+        other => other.to_string(),
+    }
 }
 
 fn exr(bytes: &[u8], warnings: &mut Vec<String>) -> Result<EnvironmentMap, String> {
