@@ -270,3 +270,33 @@ impl<'a> Integrand<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+    use crate::reflect::RecordLayout;
+
+    #[test]
+    fn every_dimension_composes_and_the_task_is_laid_out_alike() {
+        for dimensions in 1..=MOST_DIMENSIONS as u32 {
+            let formula = Formula::new(&format!("x{} * e - 2 * pi", dimensions - 1), dimensions as usize).unwrap();
+            let constants = [Constant { name: "DIMENSIONS", value: dimensions }];
+            let more = Some(("package::integrand", formula.module().0));
+            let more = more.as_ref().map(|(path, source)| (*path, source.as_str()));
+            let shader = compose_with(ROOT, &Features::default(), &constants, more).unwrap();
+            let layout = RecordLayout::of(&shader, "Task").unwrap();
+            for (field, offset) in [
+                ("first", offset_of!(Task, first)),
+                ("samples", offset_of!(Task, samples)),
+                ("first_replicate", offset_of!(Task, first_replicate)),
+                ("seed", offset_of!(Task, seed)),
+                ("low", offset_of!(Task, low)),
+            ] {
+                assert_eq!(layout.offsets[field] as usize, offset, "{field}");
+            }
+            assert_eq!(layout.span as usize, size_of::<Task>());
+        }
+    }
+}

@@ -40,13 +40,13 @@ where
         Some(command) => command,
         None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
     };
-    let method = match &command {
-        Command::Render(args) => Some(&args.method),
-        Command::Info(args) => Some(&args.method),
-        Command::Measure(args) => Some(&args.method),
+    let conflict = match &command {
+        Command::Render(args) => args.method.conflict(),
+        Command::Info(args) => args.method.conflict(),
+        Command::Measure(args) => args.conflict(),
         _ => None,
     };
-    match method.and_then(MethodArgs::conflict) {
+    match conflict {
         Some(message) => Err(cli.error(ErrorKind::ArgumentConflict, message)),
         None => Ok(command),
     }

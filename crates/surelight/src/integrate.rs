@@ -175,15 +175,14 @@ impl Work<'_> {
     /// Evaluations and error of ever finer grids: against the truth where it is known, else against the next finer grid.
     fn refinements(&mut self, rule: Rule, finest: usize) -> Result<Vec<(f64, f64)>, Error> {
         let mut found: Vec<(f64, f64)> = Vec::new();
-        let mut points = 1;
-        while points <= finest {
-            if let Some(points) = odd_for(rule, points).filter(|&p| p <= finest)
+        let ladder = std::iter::successors(Some(1), |&points: &usize| Some(points + (points / 2).max(1)));
+        for points in ladder.take_while(|&points| points < finest).chain([finest]) {
+            if let Some(points) = odd_for(rule, points)
                 && let Ok(grid) = self.integrand.grid(rule, points)?
                 && found.last().is_none_or(|last| last.0 < grid.evaluations as f64)
             {
                 found.push((grid.evaluations as f64, grid.estimate));
             }
-            points += (points / 2).max(1);
         }
         if let Some(exact) = self.args.exact {
             return Ok(found.into_iter().map(|(n, estimate)| (n, (estimate - exact).abs())).collect());

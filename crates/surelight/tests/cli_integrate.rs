@@ -70,7 +70,7 @@ fn quadrature_fails_on_an_edge_in_two_dimensions() {
     let sobol = number(row(&report, "Sobol"), "half_width");
     for rule in ["midpoint", "Simpson", "Gauss"] {
         let error = number(row(&report, rule), "true_error");
-        assert!(error > 5.0 * sobol, "{rule}: {error} against {sobol}");
+        assert!(error > 3.0 * sobol, "{rule}: {error} against {sobol}");
         assert!(report["notes"].to_string().contains(rule), "{report}");
     }
     // Round edges: no rule's order is left, Simpson's is 4 where all is smooth.
@@ -81,18 +81,21 @@ fn quadrature_fails_on_an_edge_in_two_dimensions() {
 
 #[test]
 fn quadrature_fails_in_six_dimensions() {
-    // An orthant of the 6-ball: π³/6/64.
-    let ball = "f32(x*x + y*y + z*z + w*w + x4*x4 + x5*x5 < 1)";
-    let truth = PI.powi(3) / 384.0;
-    let report = json(ball, &format!("--over {} --exact {truth} --confidence 99.99%", ["0..1"; 6].join(",")));
-    sampling_holds(&report, truth, 0.002);
+    // A cube whose faces fall between the nodes, of which an axis has only ten.
+    let cube = "f32(max(max(max(x, y), max(z, w)), max(x4, x5)) < 0.63)";
+    let truth = 0.63f64.powi(6);
+    let report = json(cube, &format!("--over {} --exact {truth} --confidence 99.99%", ["0..1"; 6].join(",")));
+    sampling_holds(&report, truth, 0.003);
     let best = number(row(&report, "Sobol"), "half_width");
     for rule in ["midpoint", "Simpson", "Gauss"] {
         let error = number(row(&report, rule), "true_error");
-        assert!(error > 2.0 * best, "{rule}: {error} against {best}");
+        assert!(error > 4.0 * best, "{rule}: {error} against {best}");
     }
-    let notes = report["notes"].to_string();
-    assert!(notes.contains("quadrature fails"), "{notes}");
+    assert_eq!(report["notes"].to_string().matches("quadrature fails").count(), 3, "{report}");
+    // An orthant of the 6-ball: π³/6/64. Points that are well spread in pairs of dimensions must not be tied across them.
+    let ball = "f32(x*x + y*y + z*z + w*w + x4*x4 + x5*x5 < 1)";
+    let report = json(ball, &format!("--over {} --confidence 99.99%", ["0..1"; 6].join(",")));
+    sampling_holds(&report, PI.powi(3) / 384.0, 0.002);
 }
 
 #[test]

@@ -33,7 +33,7 @@ const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 520.0;
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 620.0;
-const TOP: f64 = 56.0;
+const TOP: f64 = 66.0;
 const BOTTOM: f64 = 450.0;
 
 /// An axis over whole decades.
@@ -64,7 +64,7 @@ impl Axis {
     }
 }
 
-/// Draws the chart. `error` says what the vertical axis shows.
+/// Draws the chart. `error` says what counts as one.
 pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
     let shown = |s: &Series| -> Vec<(f64, f64)> {
         s.points.iter().copied().filter(|&(n, e)| n > 0.0 && e > 0.0 && e.is_finite()).collect()
@@ -76,12 +76,14 @@ pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
     // Writing to a string cannot fail.
     let _ = write!(
         svg,
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" font-family="system-ui, sans-serif" font-size="13" fill="#222" role="img">
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" font-family="system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif" font-size="13" fill="#222" role="img">
 <title>{0}</title>
 <rect width="100%" height="100%" fill="#fff"/>
-<text x="{LEFT}" y="30" font-size="16" font-weight="600">{0}</text>
+<text x="{LEFT}" y="28" font-size="16" font-weight="600">{0}</text>
+<text x="{LEFT}" y="48" fill="#555">error: {1}</text>
 "##,
-        escape(&shorten(title))
+        escape(&shorten(title)),
+        escape(error)
     );
     for (at, decade) in x.ticks() {
         let _ = writeln!(svg, r##"<path d="M{at:.1} {TOP}V{BOTTOM}" stroke="#ddd"/>{}"##, power(at, BOTTOM + 20.0, "middle", decade));
@@ -94,10 +96,9 @@ pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
         svg,
         r##"<path d="M{LEFT} {TOP}V{BOTTOM}H{RIGHT}" fill="none" stroke="#222"/>
 <text x="{middle_x}" y="{0}" text-anchor="middle">evaluations of the formula</text>
-<text transform="translate(22 {middle_y}) rotate(-90)" text-anchor="middle">{1}</text>
+<text transform="translate(22 {middle_y}) rotate(-90)" text-anchor="middle">error</text>
 "##,
-        BOTTOM + 46.0,
-        escape(error)
+        BOTTOM + 46.0
     );
     for (i, (s, &(color, dash, mark))) in series.iter().zip(STYLES.iter().cycle()).enumerate() {
         let points: Vec<(f64, f64)> = shown(s).into_iter().map(|(n, e)| (x.at(n), y.at(e))).collect();

@@ -100,6 +100,19 @@ pub(crate) struct MeasureArgs {
     pub(crate) light: LightArgs,
 }
 
+impl MeasureArgs {
+    /// What is wrong with the combination, if anything.
+    pub(crate) fn conflict(&self) -> Option<&'static str> {
+        let CameraArgs { camera, eye, target, fov, aperture, focus } = &self.camera;
+        let view = camera.is_some() || eye.is_some() || target.is_some() || fov.is_some();
+        let view = view || aperture.is_some() || focus.is_some() || self.size.is_some();
+        match self.region {
+            None if view => Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera"),
+            _ => self.method.conflict(),
+        }
+    }
+}
+
 fn region(text: &str) -> Result<[u32; 4], String> {
     let numbers: Vec<u32> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>().unwrap_or_default();
     match <[u32; 4]>::try_from(numbers) {

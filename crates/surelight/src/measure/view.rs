@@ -125,3 +125,58 @@ fn window(view: &View, [x0, y0, x1, y1]: [u32; 4]) -> (Camera, f64) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parse::Size;
+
+    /// Origin and direction of the ray through a point of an image, as `shaders/scene/camera.wesl` makes it: (0, 0) is the upper
+    /// left corner and (1, 1) the lower right.
+    fn camera_ray(camera: &Camera, aspect: f64, at: [f64; 2]) -> [DVec3; 2] {
+        let axes = camera.to_world.matrix3;
+        let (tangent, flat) = match camera.projection {
+            Projection::Perspective { yfov, .. } => ((0.5 * yfov).tan(), false),
+            Projection::Orthographic { ymag, .. } => (ymag, true),
+        };
+        let [a, b] = at.map(|c| 2.0 * c - 1.0);
+        let across = a * axes.x_axis * tangent * aspect - b * axes.y_axis * tangent;
+        let forward = -axes.z_axis.normalize();
+        let origin = camera.to_world.translation;
+        if flat { [origin + across, forward] } else { [origin, (forward + across).normalize()] }
+    }
+
+    #[test]
+    fn a_window_has_the_rays_of_the_whole_image() {
+        let rotation = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(-0.4);
+        for projection in [
+            Projection::Perspective { yfov: 0.9, aspect: Some(1.5) },
+            Projection::Orthographic { xmag: 3.0, ymag: 2.0 },
+        ] {
+            let to_world = DAffine3 { matrix3: rotation, translation: DVec3::new(1.0, 2.0, 3.0) };
+            let camera = Camera { name: String::new(), to_world, projection };
+            let view = View { camera, size: Size { width: 60, height: 40 }, lens: None, note: None };
+            for region in [[0, 0, 60, 40], [50, 3, 57, 20], [0, 39, 1, 40]] {
+                let (part, stretch) = window(&view, region);
+                let [x0, y0, x1, y1] = region.map(f64::from);
+                for [u, v] in [[0.0, 0.0], [1.0, 0.0], [0.3, 0.8], [1.0, 1.0]] {
+                    let whole = [(x0 + u * (x1 - x0)) / 60.0, (y0 + v * (y1 - y0)) / 40.0];
+                    let wanted = camera_ray(&view.camera, 1.5, whole);
+                    let found = camera_ray(&part, (x1 - x0) / (y1 - y0), [u, v]);
+                    for (wanted, found) in wanted.iter().zip(found) {
+                        assert!((*wanted - found).length() < 1e-12, "{region:?} {u} {v}");
+                    }
+                }
+                assert!(stretch >= 1.0 - 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_needs_a_direction() {
+        assert!(ray(DVec3::ZERO, DVec3::ZERO, "--normal").is_err());
+        let camera = ray(DVec3::X, DVec3::new(0.0, -3.0, 0.0), "--direction").unwrap();
+        let [origin, direction] = camera_ray(&camera, 1.0, [0.1, 0.9]);
+        assert_eq!((origin, direction), (DVec3::X, DVec3::NEG_Y));
+    }
+}
