@@ -18,7 +18,7 @@ mod texture;
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
 pub use glb_writer::{GlbWriteError, write_glb};
-pub use import::{LoadError, LoadOptions, load, load_bytes};
+pub use import::{LoadError, LoadOptions, Moment, load, load_bytes};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, NormalTexture, Volume};
 pub use mesh::{Instance, Mesh};

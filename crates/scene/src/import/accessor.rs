@@ -36,11 +36,6 @@ pub(crate) struct Typed<'a> {
 }
 
 impl Typed<'_> {
-    /// Whether a buffer view stands behind it; if not, its elements are zeros.
-    pub(crate) fn has_view(&self) -> bool {
-        self.json.buffer_view.is_some()
-    }
-
     /// Whether some elements are replaced, which needs all of them in memory.
     pub(crate) fn is_sparse(&self) -> bool {
         self.json.sparse.is_some()
@@ -61,6 +56,8 @@ struct Strided<'a> {
 pub(crate) struct Accessors<'a> {
     pub(crate) document: &'a Document,
     pub(crate) buffers: &'a Buffers<'a>,
+    /// Whether the file uses KHR_mesh_quantization: vertices may be integers.
+    pub(crate) quantized: bool,
 }
 
 impl<'a> Accessors<'a> {

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
-use super::uri;
+use super::{meshopt, uri};
+use crate::LoadOptions;
 
 /// The file's buffers, read when first asked for: an unused one may be missing.
 #[derive(Debug)]
@@ -15,6 +17,10 @@ pub(crate) struct Buffers<'a> {
     bin: Option<&'a [u8]>,
     limit: u64,
     loaded: Vec<OnceLock<Result<Vec<u8>>>>,
+    /// Views that are compressed with meshopt, once decoded.
+    decoded: Vec<OnceLock<Result<Vec<u8>>>>,
+    /// Bytes that may still be decoded.
+    decodable: AtomicU64,
 }
 
 /// A buffer view's bytes and stride.
@@ -26,15 +32,25 @@ pub(crate) struct View<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// `bin` is the binary chunk of a .glb; `limit` bounds each buffer's bytes.
-    pub(crate) fn new(document: &'a Document, folder: &'a Path, bin: Option<&'a [u8]>, limit: u64) -> Self {
+    /// `bin` is the binary chunk of a .glb; the options bound each buffer's bytes, and those of all decoded views.
+    pub(crate) fn new(document: &'a Document, folder: &'a Path, bin: Option<&'a [u8]>, options: &LoadOptions) -> Self {
         let loaded = document.buffers.iter().map(|_| OnceLock::new()).collect();
-        Self { document, folder, bin, limit, loaded }
+        let decoded = document.buffer_views.iter().map(|_| OnceLock::new()).collect();
+        let decodable = AtomicU64::new(options.max_geometry_bytes);
+        Self { document, folder, bin, limit: options.max_buffer_bytes, loaded, decoded, decodable }
     }
 
-    /// Bytes of all buffers as the document states them: a measure of how large the asset claims to be.
-    pub(crate) fn stated_bytes(&self) -> u64 {
-        self.document.buffers.iter().fold(0, |sum: u64, b| sum.saturating_add(b.byte_length.0))
+    /// Bytes of all buffers that are there: a measure of how large the asset is.
+    pub(crate) fn bytes(&self) -> u64 {
+        let sizes = self.document.buffers.iter().map(|buffer| {
+            let there = match (&buffer.uri, self.bin) {
+                (Some(uri), _) => uri::size(uri, self.folder),
+                (None, Some(bin)) => bin.len() as u64,
+                (None, None) => 0,
+            };
+            buffer.byte_length.0.min(there)
+        });
+        sizes.fold(0, u64::saturating_add)
     }
 
     /// The bytes of a buffer, exactly as many as it states.
@@ -58,26 +74,43 @@ impl<'a> Buffers<'a> {
     pub(crate) fn view(&self, index: Int, user: &str) -> Result<View<'_>> {
         let stated = get(&self.document.buffer_views, index, "bufferView", user)?;
         let place = format!("bufferView {}", index.index());
-        if stated.extensions.has("EXT_meshopt_compression") || stated.extensions.has("KHR_meshopt_compression") {
-            // The uncompressed fallback, if the file has one, stands in the plain fields and is read below.
-            let fallback = get(&self.document.buffers, stated.buffer, "buffer", &place)?;
-            if fallback.uri.is_none() && !(stated.buffer.0 == 0 && self.bin.is_some()) {
-                return Err(Fault::invalid(place, "is compressed with meshopt, which is not supported"));
-            }
+        let stride = stated.byte_stride.filter(|s| s.0 != 0).map(Int::index);
+        if let Some(compressed) = meshopt::of(stated, &place)? {
+            let slot = &self.decoded[index.index()];
+            let bytes = slot.get_or_init(|| self.decode(&compressed, &place)).as_ref().map_err(Fault::clone)?;
+            return Ok(View { bytes, stride });
         }
-        let buffer = self.buffer(stated.buffer, &place)?;
-        let (offset, length) = (stated.byte_offset.0, stated.byte_length.0);
-        let bytes = range(buffer, offset, length).ok_or_else(|| {
+        let bytes = self.part(stated.buffer, stated.byte_offset, stated.byte_length, &place)?;
+        Ok(View { bytes, stride })
+    }
+
+    /// Decodes a view that is compressed with meshopt. The plain copy that a file may have beside it is not needed.
+    fn decode(&self, compressed: &meshopt::Compressed, place: &str) -> Result<Vec<u8>> {
+        let asked = compressed.decoded_bytes();
+        let within = |left: u64| left.checked_sub(asked);
+        if let Err(left) = self.decodable.fetch_update(Ordering::Relaxed, Ordering::Relaxed, within) {
+            let cause = format!("would take {asked} bytes once decoded, and {left} are left of those allowed");
+            return Err(Fault::too_large(place, cause));
+        }
+        let stream = self.part(compressed.buffer, compressed.byte_offset, compressed.byte_length, place)?;
+        compressed.decode(stream, place)
+    }
+
+    /// Bytes of a buffer, for the view `place`.
+    fn part(&self, buffer: Int, offset: Int, length: Int, place: &str) -> Result<&[u8]> {
+        let bytes = self.buffer(buffer, place)?;
+        range(bytes, offset.0, length.0).ok_or_else(|| {
             Fault::invalid(
-                &place,
+                place,
                 format!(
-                    "reaches from byte {offset} over {length} bytes, but buffer {} has {}",
-                    stated.buffer.index(),
-                    buffer.len()
+                    "reaches from byte {} over {} bytes, but buffer {} has {}",
+                    offset.0,
+                    length.0,
+                    buffer.index(),
+                    bytes.len()
                 ),
             )
-        })?;
-        Ok(View { bytes, stride: stated.byte_stride.filter(|s| s.0 != 0).map(Int::index) })
+        })
     }
 }
 

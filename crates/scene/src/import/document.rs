@@ -139,6 +139,10 @@ pub(crate) struct Document {
     pub(crate) buffer_views: Vec<BufferView>,
     #[serde(default)]
     pub(crate) buffers: Vec<Buffer>,
+    /// As text: a broken one matters only where it is shown.
+    pub(crate) skins: Option<Box<RawValue>>,
+    /// The same.
+    pub(crate) animations: Option<Box<RawValue>>,
     #[serde(default)]
     pub(crate) extensions_used: Vec<String>,
     #[serde(default)]

@@ -9,13 +9,22 @@ use crate::ExtensionUse;
 
 /// Extensions that the picture follows.
 const HONOURED: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -23,18 +32,8 @@ const HONOURED: &[&str] = &[
 const INVISIBLE: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "FB_ngon_encoding"];
 
 /// How to do without an extension, where a usual tool can take it out.
-const REMEDIES: &[(&str, &str)] = &[
-    ("KHR_draco_mesh_compression", ": decompress it, for example with `gltf-transform copy in.glb out.glb`"),
-    ("EXT_meshopt_compression", ": decompress it, for example with `gltf-transform copy in.glb out.glb`"),
-    ("KHR_meshopt_compression", ": decompress it, for example with `gltf-transform copy in.glb out.glb`"),
-    ("KHR_mesh_quantization", ": convert it, for example with `gltf-transform dequantize in.glb out.glb`"),
-    ("KHR_texture_basisu", ": convert its textures, for example with `gltf-transform ktxdecompress in.glb out.glb`"),
-    ("EXT_texture_webp", ": convert its textures, for example with `gltf-transform png in.glb out.glb`"),
-    (
-        "KHR_materials_pbrSpecularGlossiness",
-        ": convert its materials, for example with `gltf-transform metalrough in.glb out.glb`",
-    ),
-];
+const REMEDIES: &[(&str, &str)] =
+    &[("EXT_texture_avif", ": convert its textures, for example with `gltf-transform png in.glb out.glb`")];
 
 /// Lists the extensions that the file names; refuses a required one that is not followed, warns once of each other.
 pub(crate) fn check(document: &Document, warnings: &mut Warnings) -> Result<Vec<ExtensionUse>> {

@@ -7,6 +7,7 @@ use std::path::Path;
 use image::{ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 
+use super::basis;
 use super::buffers::Buffers;
 use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
@@ -90,12 +91,21 @@ pub(crate) fn decode_all(sources: Sources, wanted: &[usize]) -> Decoded {
     out
 }
 
+/// Who decodes an image.
+#[derive(Clone, Copy)]
+enum Format {
+    /// The crate `image`.
+    Common(ImageFormat),
+    /// [`basis`].
+    Basis,
+}
+
 /// An image file whose header has been read and found within the limits.
 struct Encoded<'a> {
     index: usize,
     name: String,
     bytes: std::borrow::Cow<'a, [u8]>,
-    format: ImageFormat,
+    format: Format,
     size: (u32, u32),
 }
 
@@ -121,13 +131,18 @@ impl<'a> Sources<'a> {
             return Err(Fault::invalid(place, "has no bytes"));
         }
         // The bytes decide, not the MIME type: files exist that state the wrong one.
-        let format = match image::guess_format(&bytes) {
-            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
-            _ => return Err(Fault::invalid(place, "is neither PNG nor JPEG")),
+        let (format, size) = if bytes.starts_with(basis::MAGIC) {
+            (Format::Basis, basis::size(&bytes, &place)?)
+        } else {
+            let format = match image::guess_format(&bytes) {
+                Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
+                _ => return Err(Fault::invalid(place, "is neither PNG, JPEG, WebP nor KTX2")),
+            };
+            let size = ImageReader::with_format(Cursor::new(&bytes), format)
+                .into_dimensions()
+                .map_err(|e| Fault::invalid(&place, format!("cannot be decoded ({e})")))?;
+            (Format::Common(format), size)
         };
-        let size = ImageReader::with_format(Cursor::new(&bytes), format)
-            .into_dimensions()
-            .map_err(|e| Fault::invalid(&place, format!("cannot be decoded ({e})")))?;
         let encoded = Encoded { index, name, bytes, format, size };
         if encoded.pixels() == 0 {
             return Err(Fault::invalid(place, "has no pixels"));
@@ -141,14 +156,20 @@ impl<'a> Sources<'a> {
     }
 
     fn decode(&self, encoded: &Encoded) -> Result<Image> {
+        let place = || format!("image {}", encoded.index);
+        let format = match encoded.format {
+            Format::Common(format) => format,
+            Format::Basis => {
+                let rgba = basis::decode(&encoded.bytes, encoded.size, &place())?;
+                return Ok(Image { name: encoded.name.clone(), width: encoded.size.0, height: encoded.size.1, rgba });
+            }
+        };
         let mut limits = Limits::default();
         // 16-bit RGBA is the widest pixel; decoders may hold it twice.
         limits.max_alloc = Some(encoded.pixels().saturating_mul(16) + (16 << 20));
-        let mut reader = ImageReader::with_format(Cursor::new(&encoded.bytes), encoded.format);
+        let mut reader = ImageReader::with_format(Cursor::new(&encoded.bytes), format);
         reader.limits(limits);
-        let image = reader
-            .decode()
-            .map_err(|e| Fault::invalid(format!("image {}", encoded.index), format!("cannot be decoded ({e})")))?;
+        let image = reader.decode().map_err(|e| Fault::invalid(place(), format!("cannot be decoded ({e})")))?;
         let rgba = image.into_rgba8();
         Ok(Image { name: encoded.name.clone(), width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() })
     }

@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 
 use super::document::{Extensions, MaterialJson, TextureInfo};
 use super::materials::{Draft, Reader};
+use super::specular_glossiness;
 use crate::Volume;
 
 /// Radiance beyond this is no physical light, and its square would leave the range of `f32`.
@@ -54,6 +55,10 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) 
     if let Some(json) = parse::<EmissiveStrength>(extensions, "KHR_materials_emissive_strength", reader) {
         let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MOST_EMISSIVE, "emissiveStrength");
         material.emissive = material.emissive.map(|factor| factor * strength);
+    }
+    if extensions.has(specular_glossiness::NAME) {
+        // The two describe one thing in different ways, and are not to stand together.
+        return;
     }
     if let Some(json) = parse::<Ior>(extensions, "KHR_materials_ior", reader) {
         // 0 is the extension's way to write an infinite index.

@@ -2,6 +2,7 @@
 
 use super::document::{Document, Int, MaterialJson, TextureInfo};
 use super::material_extensions;
+use super::specular_glossiness;
 use super::textures::{Binder, Lookup, lookup};
 use super::warnings::Warnings;
 use crate::{AlphaMode, Material, NormalTexture};
@@ -18,6 +19,8 @@ pub(crate) struct Draft {
     pub(crate) specular: Option<Lookup>,
     pub(crate) specular_color: Option<Lookup>,
     pub(crate) transmission: Option<Lookup>,
+    /// Glossiness in alpha and its factor: becomes `metallic_roughness`, whose lookup is then none.
+    pub(crate) glossiness: Option<(Lookup, f32)>,
 }
 
 impl Draft {
@@ -42,10 +45,18 @@ impl Draft {
     }
 
     /// The material with its textures bound.
-    pub(crate) fn bind(self, binder: &mut Binder) -> Material {
+    pub(crate) fn bind(mut self, binder: &mut Binder) -> Material {
+        let base_color_texture = binder.bind(self.base_color.as_ref());
+        let mut metallic_roughness_texture = binder.bind(self.metallic_roughness.as_ref());
+        if let Some((lookup, glossiness)) = &self.glossiness {
+            metallic_roughness_texture = binder.bind_glossiness(lookup, *glossiness);
+            if metallic_roughness_texture.is_some() {
+                self.material.roughness = 1.0;
+            }
+        }
         Material {
-            base_color_texture: binder.bind(self.base_color.as_ref()),
-            metallic_roughness_texture: binder.bind(self.metallic_roughness.as_ref()),
+            base_color_texture,
+            metallic_roughness_texture,
             normal_texture: self
                 .normal
                 .and_then(|(lookup, scale)| Some(NormalTexture { texture: binder.bind(Some(&lookup))?, scale })),
@@ -108,6 +119,7 @@ pub(crate) fn read(document: &Document, index: usize, warnings: &mut Warnings) -
     };
     let mut reader = Reader { document, place, warnings };
     let mut draft = core(json, &mut reader);
+    specular_glossiness::read(json, &mut draft, &mut reader);
     material_extensions::read(json, &mut draft, &mut reader);
     draft
 }

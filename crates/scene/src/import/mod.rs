@@ -6,29 +6,38 @@
 //! without (textures, lights, factors out of range) costs a warning and not the picture.
 
 mod accessor;
+mod animation;
+mod basis;
 mod buffers;
 mod cameras;
 mod document;
+mod draco;
 mod error;
 mod extensions;
 mod glb;
 mod images;
+mod instancing;
 mod lights;
 mod material_extensions;
 mod materials;
+mod meshopt;
 mod nodes;
 mod normals;
 mod primitives;
 mod shapes;
+mod skins;
+mod specular_glossiness;
 mod tangents;
 mod textures;
 mod triangles;
 mod uri;
+mod variants;
 mod warnings;
 
 use std::path::Path;
 
 use self::accessor::Accessors;
+use self::animation::Poses;
 use self::buffers::Buffers;
 use self::document::Document;
 pub use self::error::LoadError;
@@ -38,10 +47,14 @@ use self::warnings::Warnings;
 use crate::Scene;
 
 /// What to load of a file, and how much memory it may ask for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Index of the scene to show; `None` takes the file's default, else its first.
     pub scene: Option<usize>,
+    /// Name of the material variant to show (or its index, when none has that name); `None` keeps the file's own materials.
+    pub variant: Option<String>,
+    /// The moment of an animation to show; `None` shows the file at rest.
+    pub animation: Option<Moment>,
     /// Most pixels of one image; a larger one is left out with a warning. All images together may have 16 times as many.
     pub max_image_pixels: u64,
     /// Most bytes of the scene file, and of each file or data URI that it refers to.
@@ -53,10 +66,21 @@ pub struct LoadOptions {
     pub max_instances: usize,
 }
 
+/// A moment of an animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// Name of the animation (or its index, when none has that name).
+    pub animation: String,
+    /// Seconds from its start; before its first and after its last keyframe a property stands still.
+    pub seconds: f64,
+}
+
 impl Default for LoadOptions {
     fn default() -> Self {
         Self {
             scene: None,
+            variant: None,
+            animation: None,
             max_image_pixels: 64 << 20,
             max_buffer_bytes: 16 << 30,
             max_geometry_bytes: 1 << 30,
@@ -97,11 +121,16 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
 
     // A bare file name has an empty parent, which no file system knows.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let buffers = Buffers::new(&document, folder, container.bin, options.max_buffer_bytes);
-    let accessors = Accessors { document: &document, buffers: &buffers };
+    let buffers = Buffers::new(&document, folder, container.bin, options);
+    let quantized = extensions.iter().any(|e| e.name == "KHR_mesh_quantization");
+    let accessors = Accessors { document: &document, buffers: &buffers, quantized };
     let sources = Sources { document: &document, buffers: &buffers, folder, options };
 
-    let placed = nodes::place(&document, options.scene, &mut warnings)?;
+    let poses = match &options.animation {
+        Some(moment) => animation::poses(&accessors, moment, &mut warnings)?,
+        None => Poses::new(),
+    };
+    let placed = nodes::place(&document, options.scene, &poses, &mut warnings)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         extensions,
@@ -109,7 +138,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
         lights: lights::read(&document, &placed, &mut warnings),
         ..Scene::default()
     };
-    shapes::read(&mut scene, &accessors, sources, &placed, &mut warnings)?;
+    shapes::read(&mut scene, &accessors, sources, &placed, &poses, &mut warnings)?;
     scene.warnings = warnings.into_texts();
     Ok(scene)
 }

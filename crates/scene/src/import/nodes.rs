@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
+use super::animation::{Pose, Poses};
 use super::document::{Document, Int, Node};
 use super::error::{Fault, Result};
 use super::warnings::Warnings;
@@ -18,7 +19,12 @@ pub(crate) struct Placed {
 /// All nodes of the chosen scene that carry something, in the order of their indices.
 ///
 /// The scene is `wanted`, else the file's default, else its first, else all nodes without a parent.
-pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut Warnings) -> Result<Vec<Placed>> {
+pub(crate) fn place(
+    document: &Document,
+    wanted: Option<usize>,
+    poses: &Poses,
+    warnings: &mut Warnings,
+) -> Result<Vec<Placed>> {
     let parents = parents(document)?;
     let roots = roots(document, wanted, &parents, warnings)?;
     let mut placed = Vec::new();
@@ -26,7 +32,7 @@ pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut W
     // Every node has at most one parent and roots have none, so nothing is met twice and the walk ends.
     while let Some((index, parent)) = stack.pop() {
         let node = &document.nodes[index];
-        let to_world = parent * local(node, index, warnings);
+        let to_world = parent * local(node, index, poses.get(&index), warnings);
         if node.mesh.is_some() || node.camera.is_some() || !node.extensions.is_empty() {
             placed.push(Placed { node: index, to_world });
         }
@@ -34,6 +40,42 @@ pub(crate) fn place(document: &Document, wanted: Option<usize>, warnings: &mut W
     }
     placed.sort_unstable_by_key(|p| p.node);
     Ok(placed)
+}
+
+/// Where every node stands, in the chosen scene or not: joints may be anywhere.
+#[derive(Debug)]
+pub(crate) struct Worlds(Vec<DAffine3>);
+
+impl Worlds {
+    /// The hierarchy must have been found to be a forest by [`place`].
+    pub(crate) fn new(document: &Document, poses: &Poses) -> Self {
+        let nodes = &document.nodes;
+        let mut is_child = vec![false; nodes.len()];
+        for child in nodes.iter().flat_map(|node| &node.children) {
+            if let Some(flag) = is_child.get_mut(child.index()) {
+                *flag = true;
+            }
+        }
+        let mut worlds = vec![DAffine3::IDENTITY; nodes.len()];
+        let mut stack: Vec<usize> = (0..nodes.len()).filter(|&i| !is_child[i]).collect();
+        // What is odd has been told when the nodes were placed, or is not shown.
+        let mut untold = Warnings::default();
+        while let Some(index) = stack.pop() {
+            let node = &nodes[index];
+            // A child's entry holds its parent's transform until its own turn.
+            worlds[index] = worlds[index] * local(node, index, poses.get(&index), &mut untold);
+            for child in node.children.iter().map(|child| child.index()) {
+                worlds[child] = worlds[index];
+                stack.push(child);
+            }
+        }
+        Self(worlds)
+    }
+
+    /// Node to world; `None` when there is no such node.
+    pub(crate) fn of(&self, node: usize) -> Option<DAffine3> {
+        self.0.get(node).copied()
+    }
 }
 
 /// The parent of each node; refuses two parents, children that do not exist, and cycles.
@@ -117,26 +159,29 @@ fn roots(
 }
 
 /// A node's own transform.
-fn local(node: &Node, index: usize, warnings: &mut Warnings) -> DAffine3 {
-    if let Some(m) = &node.matrix {
+fn local(node: &Node, index: usize, pose: Option<&Pose>, warnings: &mut Warnings) -> DAffine3 {
+    let moved = |pose: &&Pose| pose.translation.is_some() || pose.rotation.is_some() || pose.scale.is_some();
+    let pose = pose.filter(moved);
+    // A node that is animated has no matrix, or should not have: what moves it stands in its place.
+    if let (Some(m), None) = (&node.matrix, pose) {
         let m = DMat4::from_cols_array(m);
         if m.row(3) != glam::DVec4::W {
             warnings.push(format!("The matrix of node {index} is not affine; its last row is ignored."));
         }
         return DAffine3::from_mat3_translation(DMat3::from_mat4(m), m.w_axis.truncate());
     }
-    let rotation = match node.rotation.map(DQuat::from_array) {
+    let rotation = match pose.and_then(|p| p.rotation).or(node.rotation).map(DQuat::from_array) {
         None => DQuat::IDENTITY,
         Some(q) => {
             let length = q.length();
-            if (length - 1.0).abs() > 1e-2 {
+            if (length - 1.0).abs() > 1e-2 && pose.is_none() {
                 warnings.push(format!("The rotation of node {index} is no unit quaternion; it is normalised."));
             }
             if length > 0.0 && length.is_finite() { q / length } else { DQuat::IDENTITY }
         }
     };
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    let scale = pose.and_then(|p| p.scale).or(node.scale).map_or(DVec3::ONE, DVec3::from_array);
+    let translation = pose.and_then(|p| p.translation).or(node.translation).map_or(DVec3::ZERO, DVec3::from_array);
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 

@@ -1,12 +1,16 @@
 //! Primitives: accessors and a mode in, a [`Mesh`] out.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessors, Component, Typed};
 use super::document::{Int, Primitive, get};
+use super::draco;
 use super::error::{Fault, Result};
 use super::materials::Draft;
 use super::normals::{self, Repair};
+use super::skins::{self, Influences, Skin};
 use super::tangents;
 use super::triangles::{Kind, Mode, kind};
 use super::warnings::{Warnings, count_of};
@@ -15,7 +19,17 @@ use crate::Mesh;
 /// Texture coordinates beyond this are no coordinates: f32 has no fraction left there.
 const MOST_UV: f32 = 1e9;
 
+/// Sets of four joints that a vertex may have.
+const MOST_JOINT_SETS: usize = 4;
+
 type Triangles = Vec<[u32; 3]>;
+
+/// What moves the vertices of a primitive.
+pub(crate) struct Deformation<'a> {
+    /// Of its morph targets, in order; those left out are 0.
+    pub(crate) weights: &'a [f32],
+    pub(crate) skin: Option<&'a Skin>,
+}
 
 /// A primitive with area whose accessors exist and have sensible types; no vertex has been read yet.
 #[derive(Debug)]
@@ -54,12 +68,8 @@ impl<'a> Plan<'a> {
             return Ok(None);
         };
         let positions = accessors.typed(positions, &user("POSITION", &place))?;
-        if json.extensions.has("KHR_draco_mesh_compression") && !positions.has_view() {
-            return Err(Fault::invalid(
-                place,
-                "is compressed with Draco, which is not supported, and has no plain copy",
-            ));
-        }
+        // A Draco stream holds single triangles, whatever the mode.
+        let mode = if json.extensions.has(draco::NAME) { Mode::List } else { mode };
         let indices = match json.indices {
             Some(index) => Some(accessors.typed(index, &user("indices", &place))?),
             None => None,
@@ -77,14 +87,29 @@ impl<'a> Plan<'a> {
         let color = if self.json.attributes.contains_key("COLOR_0") { 16 } else { 0 };
         // Tangents are at worst made for every corner.
         let tangents = if draft.normal.is_some() { corners * 80 } else { 0 };
-        vertices * (12 + normal + color + 8 * draft.uv_sets() as u64) + corners * 4 + triangles * 12 + tangents
+        // Joints and weights, and the differences of one morph target at a time.
+        let held = if self.json.attributes.contains_key("JOINTS_0") { 32 } else { 0 };
+        let morphed = if self.json.targets.is_empty() { 0 } else { 12 };
+        let draco = if self.json.extensions.has(draco::NAME) { 64 } else { 0 };
+        vertices * (held + morphed + draco + 12 + normal + color + 8 * draft.uv_sets() as u64)
+            + corners * 4
+            + triangles * 12
+            + tangents
     }
 
     /// Reads the vertices and triangles that `draft`'s material needs; `material` is that material's index in the scene.
-    pub(crate) fn read(&self, accessors: &Accessors, draft: &Draft, material: usize) -> Result<(Mesh, Warnings)> {
+    pub(crate) fn read(
+        &self,
+        accessors: &Accessors,
+        draft: &Draft,
+        material: usize,
+        deformation: &Deformation,
+    ) -> Result<(Mesh, Warnings)> {
         let mut warnings = Warnings::default();
-        let (triangles, pick) = self.triangles(accessors, &mut warnings)?;
-        let vertices = Vertices { plan: self, accessors, pick: pick.as_deref() };
+        let corners = self.indices.map_or(self.positions.count, |i| i.count);
+        let draco = draco::decode(accessors, self.json, self.positions.count, corners, &self.place)?;
+        let (triangles, pick) = self.triangles(accessors, draco.as_ref(), &mut warnings)?;
+        let vertices = Vertices { plan: self, accessors, draco: draco.as_ref(), pick: pick.as_deref() };
         let positions = vertices.positions()?;
         let mut mesh = Mesh { positions, triangles, material, ..Mesh::default() };
         mesh.normals = vertices.normals(&mesh, &mut warnings)?;
@@ -93,25 +118,34 @@ impl<'a> Plan<'a> {
         if let Some((lookup, _)) = &draft.normal {
             // Tangents without normals are to be ignored: glTF 2.0 section 3.7.2.1.
             mesh.tangents = if mesh.normals.is_some() { vertices.tangents(&mut warnings)? } else { None };
+            vertices.deform(&mut mesh, deformation, &mut warnings)?;
             if mesh.tangents.is_none() {
                 tangents::generate(&mut mesh, lookup.uv_set as usize, lookup.transform);
             }
+        } else {
+            vertices.deform(&mut mesh, deformation, &mut warnings)?;
         }
         Ok((mesh, warnings))
     }
 
     /// The triangles, and which of the file's vertices they use when that is worth a selection.
-    fn triangles(&self, accessors: &Accessors, warnings: &mut Warnings) -> Result<(Triangles, Option<Vec<u32>>)> {
+    fn triangles(
+        &self,
+        accessors: &Accessors,
+        draco: Option<&draco::Decoded>,
+        warnings: &mut Warnings,
+    ) -> Result<(Triangles, Option<Vec<u32>>)> {
         let count = self.positions.count;
         let corners = self.indices.map_or(count, |i| i.count);
         let unused = self.mode.unused_of(corners);
         if unused > 0 {
             warnings.push(format!("{} at the end of {} make no triangle.", count_of(unused, "corner"), self.place));
         }
-        let Some(typed) = &self.indices else {
-            return Ok((self.mode.triangles(count, |i| i as u32), None));
+        let mut indices = match (draco, &self.indices) {
+            (Some(draco), _) => draco.indices(),
+            (None, Some(typed)) => accessors.indices(typed).map_err(|f| f.used_by(&user("indices", &self.place)))?,
+            (None, None) => return Ok((self.mode.triangles(count, |i| i as u32), None)),
         };
-        let mut indices = accessors.indices(typed).map_err(|f| f.used_by(&user("indices", &self.place)))?;
         if let Some(at) = indices.iter().position(|&i| i as usize >= count) {
             let cause = format!("has index {} at place {at}, but its vertices are {count}", indices[at]);
             return Err(Fault::invalid(&self.place, cause));
@@ -139,12 +173,13 @@ fn user(what: &str, place: &str) -> String {
 struct Vertices<'a> {
     plan: &'a Plan<'a>,
     accessors: &'a Accessors<'a>,
+    draco: Option<&'a draco::Decoded>,
     pick: Option<&'a [u32]>,
 }
 
 impl Vertices<'_> {
     /// An attribute's accessor, which must have as many elements as POSITION.
-    fn typed(&self, name: &str, legal: fn(&Typed) -> bool, needed: &str) -> Result<Option<Typed<'_>>> {
+    fn typed(&self, name: &str, legal: impl Fn(&Typed) -> bool, needed: &str) -> Result<Option<Typed<'_>>> {
         let Some(&index) = self.plan.json.attributes.get(name) else {
             return Ok(None);
         };
@@ -161,20 +196,41 @@ impl Vertices<'_> {
     }
 
     fn floats<const N: usize>(&self, of: &Typed, name: &str) -> Result<Vec<[f32; N]>> {
+        if let Some(floats) = self.draco.and_then(|draco| draco.floats(of, name, self.pick)) {
+            return floats;
+        }
         self.accessors.floats(of, self.pick).map_err(|f| f.used_by(&user(name, &self.plan.place)))
     }
 
+    /// Components that positions and texture coordinates may have; integers by KHR_mesh_quantization alone.
+    fn is_length(&self, typed: &Typed) -> bool {
+        let short = !matches!(typed.component, Component::U32 | Component::F32);
+        typed.component == Component::F32 || short && self.accessors.quantized
+    }
+
+    /// The same for normals and tangents, which have signs.
+    fn is_direction(&self, typed: &Typed) -> bool {
+        let signed = matches!(typed.component, Component::I8 | Component::I16) && typed.normalized;
+        typed.component == Component::F32 || signed && self.accessors.quantized
+    }
+
+    /// The same for what a morph target adds to them, which need not be below 1.
+    fn is_signed(&self, typed: &Typed) -> bool {
+        let signed = matches!(typed.component, Component::I8 | Component::I16);
+        typed.component == Component::F32 || signed && self.accessors.quantized
+    }
+
     fn positions(&self) -> Result<Vec<Vec3>> {
-        let is_float3 = |t: &Typed| t.width == 3 && t.component == Component::F32;
-        let Some(typed) = self.typed("POSITION", is_float3, "a VEC3 of floats")? else {
+        let legal = |t: &Typed| t.width == 3 && self.is_length(t);
+        let Some(typed) = self.typed("POSITION", legal, "a VEC3 of floats")? else {
             return Ok(Vec::new());
         };
         Ok(vec3s(self.floats(&typed, "POSITION")?))
     }
 
     fn normals(&self, mesh: &Mesh, warnings: &mut Warnings) -> Result<Option<Vec<Vec3>>> {
-        let is_float3 = |t: &Typed| t.width == 3 && t.component == Component::F32;
-        let Some(typed) = self.typed("NORMAL", is_float3, "a VEC3 of floats")? else {
+        let legal = |t: &Typed| t.width == 3 && self.is_direction(t);
+        let Some(typed) = self.typed("NORMAL", legal, "a VEC3 of floats")? else {
             return Ok(None);
         };
         let mut normals = vec3s(self.floats(&typed, "NORMAL")?);
@@ -196,7 +252,7 @@ impl Vertices<'_> {
     }
 
     fn uvs(&self, sets: usize, warnings: &mut Warnings) -> Result<Vec<Vec<Vec2>>> {
-        let legal = |t: &Typed| t.width == 2 && is_fraction(t);
+        let legal = |t: &Typed| t.width == 2 && (is_fraction(t) || self.is_length(t));
         (0..sets)
             .map(|set| {
                 let name = format!("TEXCOORD_{set}");
@@ -228,6 +284,73 @@ impl Vertices<'_> {
             .collect()
     }
 
+    /// Moves the vertices by morph targets, then by the skin; glTF 2.0 sections 3.7.2.2 and 3.7.3.
+    fn deform(&self, mesh: &mut Mesh, by: &Deformation, warnings: &mut Warnings) -> Result<()> {
+        let place = &self.plan.place;
+        for (target, &weight) in self.plan.json.targets.iter().zip(by.weights).filter(|(_, weight)| **weight != 0.0) {
+            if let Some(by) = self.differences(target, "POSITION", Self::is_length)? {
+                skins::morph(&mut mesh.positions, &by, weight);
+            }
+            if let (Some(normals), Some(by)) = (&mut mesh.normals, self.differences(target, "NORMAL", Self::is_signed)?)
+            {
+                skins::morph(normals, &by, weight);
+            }
+            if let (Some(tangents), Some(by)) =
+                (&mut mesh.tangents, self.differences(target, "TANGENT", Self::is_signed)?)
+            {
+                skins::morph_tangents(tangents, &by, weight);
+            }
+            if target.keys().any(|name| name.starts_with("TEXCOORD_") || name.starts_with("COLOR_")) {
+                warnings.push(format!("Morph targets of colours or texture coordinates are not followed ({place})."));
+            }
+        }
+        if !by.weights.is_empty() {
+            let unit = |v: Vec3| normals::unit(v).unwrap_or(Vec3::Z);
+            mesh.normals.iter_mut().flatten().for_each(|normal| *normal = unit(*normal));
+            mesh.tangents.iter_mut().flatten().for_each(|t| *t = unit(t.truncate()).extend(t.w));
+        }
+        match by.skin {
+            Some(skin) => skin.apply(mesh, &self.influences()?, place, warnings),
+            None => Ok(()),
+        }
+    }
+
+    /// What a morph target adds to an attribute.
+    fn differences(
+        &self,
+        target: &BTreeMap<String, Int>,
+        name: &str,
+        legal: fn(&Self, &Typed) -> bool,
+    ) -> Result<Option<Vec<[f32; 3]>>> {
+        let Some(&index) = target.get(name) else { return Ok(None) };
+        let user = user(&format!("{name} of a morph target"), &self.plan.place);
+        let typed = self.accessors.typed(index, &user)?;
+        if typed.count != self.plan.positions.count || typed.width != 3 || !legal(self, &typed) {
+            let cause = format!("is not a VEC3 of {} floats", self.plan.positions.count);
+            return Err(Fault::invalid(format!("accessor {} ({user})", index.index()), cause));
+        }
+        self.accessors.floats(&typed, self.pick).map(Some).map_err(|f| f.used_by(&user))
+    }
+
+    /// Joints and weights, all sets of four.
+    fn influences(&self) -> Result<Vec<Influences>> {
+        let is_joint =
+            |t: &Typed| t.width == 4 && matches!(t.component, Component::U8 | Component::U16) && !t.normalized;
+        let is_weight = |t: &Typed| t.width == 4 && is_fraction(t);
+        let mut sets = Vec::new();
+        for set in 0..MOST_JOINT_SETS {
+            let names = [format!("JOINTS_{set}"), format!("WEIGHTS_{set}")];
+            let joints = self.typed(&names[0], is_joint, "a VEC4 of unsigned bytes or shorts")?;
+            let weights = self.typed(&names[1], is_weight, "a VEC4 of floats or normalised unsigned integers")?;
+            let (Some(joints), Some(weights)) = (joints, weights) else { break };
+            sets.push(Influences {
+                joints: self.floats(&joints, &names[0])?,
+                weights: self.floats(&weights, &names[1])?,
+            });
+        }
+        Ok(sets)
+    }
+
     fn colors(&self, warnings: &mut Warnings) -> Result<Option<Vec<Vec4>>> {
         let legal = |t: &Typed| (t.width == 3 || t.width == 4) && is_fraction(t);
         let needed = "a VEC3 or VEC4 of floats or normalised unsigned integers";
@@ -248,8 +371,8 @@ impl Vertices<'_> {
     }
 
     fn tangents(&self, warnings: &mut Warnings) -> Result<Option<Vec<Vec4>>> {
-        let is_float4 = |t: &Typed| t.width == 4 && t.component == Component::F32;
-        let Some(typed) = self.typed("TANGENT", is_float4, "a VEC4 of floats")? else {
+        let legal = |t: &Typed| t.width == 4 && self.is_direction(t);
+        let Some(typed) = self.typed("TANGENT", legal, "a VEC4 of floats")? else {
             return Ok(None);
         };
         let tangents = tangents::normalise(self.floats(&typed, "TANGENT")?);

@@ -1,17 +1,23 @@
 //! Everything with a surface: which meshes and materials the placed nodes need, read in parallel and joined.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use glam::DAffine3;
 use rayon::prelude::*;
 
 use super::accessor::Accessors;
+use super::animation::Poses;
 use super::document::Document;
+use super::draco;
 use super::error::{Fault, Result};
 use super::images::{self, Sources};
+use super::instancing;
 use super::materials::{self, Draft};
-use super::nodes::{self, Placed};
-use super::primitives::Plan;
+use super::nodes::{self, Placed, Worlds};
+use super::primitives::{Deformation, Plan};
+use super::skins::{self, Skin};
 use super::textures::{self, Binder};
+use super::variants;
 use super::warnings::Warnings;
 use crate::{Instance, Scene};
 
@@ -21,38 +27,45 @@ pub(crate) fn read(
     accessors: &Accessors,
     sources: Sources,
     placed: &[Placed],
+    poses: &Poses,
     warnings: &mut Warnings,
 ) -> Result<()> {
     let document = accessors.document;
-    let used = used_meshes(document, placed, warnings)?;
+    let variant = variants::choose(document, sources.options.variant.as_deref())?;
+    let looks = looks(document, placed, poses)?;
+    let skins = skins(accessors, &looks, poses, warnings)?;
     let mut plans = Vec::new();
-    // Which plans make up a glTF mesh. Primitives with the same accessors and material are read once, whatever mesh they
+    // Which plans make up a look of a glTF mesh. Primitives with the same accessors and material are read once, whatever mesh they
     // are in: some exporters write a mesh anew for every place.
-    let mut plans_of: HashMap<usize, Vec<usize>> = HashMap::new();
+    let mut plans_of: HashMap<&Look, Vec<usize>> = HashMap::new();
     let mut known = HashMap::new();
-    for &mesh in &used {
+    for look in looks.values().collect::<BTreeSet<_>>() {
+        let mesh = look.mesh;
         for (index, json) in document.meshes[mesh].primitives.iter().enumerate() {
             let Some(plan) = Plan::new(accessors, mesh, index, warnings)? else { continue };
             let place = format!("mesh {mesh}, primitive {index}");
-            let material = materials::index_of(document, json.material, &place, warnings);
-            let key = (&json.attributes, json.indices, json.mode, material);
+            let material = variants::material(json, variant, &place, warnings);
+            let material = materials::index_of(document, material, &place, warnings);
+            let draco = json.extensions.has(draco::NAME).then_some((mesh, index));
+            let targets = (!look.weights.is_empty()).then_some(&json.targets);
+            let key = (&json.attributes, json.indices, json.mode, material, draco, (targets, &look.weights, look.skin));
             let plan_index = *known.entry(key).or_insert(plans.len());
             if plan_index == plans.len() {
-                plans.push((mesh, material, plan));
+                plans.push(Job { look, material, plan });
             }
-            plans_of.entry(mesh).or_default().push(plan_index);
+            plans_of.entry(look).or_default().push(plan_index);
         }
     }
 
     // Materials in use, in the file's order; the default one, if needed, last.
-    let mut slots: BTreeMap<usize, usize> = plans.iter().filter_map(|&(_, m, _)| Some((m?, 0))).collect();
+    let mut slots: BTreeMap<usize, usize> = plans.iter().filter_map(|job| Some((job.material?, 0))).collect();
     let mut drafts = Vec::new();
     for (&index, slot) in &mut slots {
         *slot = drafts.len();
         drafts.push(materials::read(document, index, warnings));
     }
     let default_slot = drafts.len();
-    if plans.iter().any(|(_, material, _)| material.is_none()) {
+    if plans.iter().any(|job| job.material.is_none()) {
         drafts.push(Draft::default());
     }
     let slot_of = |material: Option<usize>| material.and_then(|m| slots.get(&m).copied()).unwrap_or(default_slot);
@@ -64,76 +77,118 @@ pub(crate) fn read(
         || {
             plans
                 .par_iter()
-                .map(|(_, material, plan)| {
-                    let slot = slot_of(*material);
-                    plan.read(accessors, &drafts[slot], slot)
+                .map(|job| {
+                    let slot = slot_of(job.material);
+                    let weights: Vec<f32> = job.look.weights.iter().map(|&bits| f64::from_bits(bits) as f32).collect();
+                    let skin = job.look.skin.and_then(|skin| skins.get(&skin));
+                    job.plan.read(accessors, &drafts[slot], slot, &Deformation { weights: &weights, skin })
                 })
                 .collect::<Vec<_>>()
         },
     );
 
     let mut mesh_of_plan = Vec::with_capacity(plans.len());
-    for (&(index, _, _), mesh) in plans.iter().zip(meshes) {
+    for (job, mesh) in plans.iter().zip(meshes) {
         let (mut mesh, said) = mesh?;
         warnings.append(said);
         if mesh.triangles.is_empty() {
             mesh_of_plan.push(None);
             continue;
         }
-        mesh.name = document.meshes[index].name.clone().unwrap_or_default();
+        mesh.name = document.meshes[job.look.mesh].name.clone().unwrap_or_default();
         mesh_of_plan.push(Some(scene.meshes.len()));
         scene.meshes.push(mesh);
     }
     let parts = plans_of
         .into_iter()
-        .map(|(mesh, plans)| (mesh, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
+        .map(|(look, plans)| (look, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
         .collect();
     let mut binder = Binder::new(document, &decoded);
     scene.materials = drafts.into_iter().map(|draft| draft.bind(&mut binder)).collect();
     scene.textures = binder.textures;
     warnings.append(binder.warnings);
+    let mut made = binder.made;
     warnings.append(decoded.warnings);
     scene.images = decoded.images;
-    scene.instances = instances(document, placed, &parts, sources.options.max_instances, warnings)?;
+    scene.images.append(&mut made);
+    scene.instances = instances(accessors, placed, &looks, &skins, &parts, sources.options.max_instances, warnings)?;
     if scene.instances.is_empty() {
         warnings.push("The scene shows no triangles.");
     }
     Ok(())
 }
 
-/// Meshes that a placed node shows, in the file's order; warns of what is not posed.
-fn used_meshes(document: &Document, placed: &[Placed], warnings: &mut Warnings) -> Result<Vec<usize>> {
-    let mut used = HashSet::new();
+/// A mesh as a node shows it. Nodes with equal looks share their triangles.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Look {
+    /// glTF mesh.
+    mesh: usize,
+    /// glTF skin that moves it.
+    skin: Option<usize>,
+    /// Bits of the weights of its morph targets; empty when none has any weight.
+    weights: Vec<u64>,
+}
+
+/// A primitive to read.
+struct Job<'a> {
+    look: &'a Look,
+    material: Option<usize>,
+    plan: Plan<'a>,
+}
+
+/// The look of each placed node that shows a mesh.
+fn looks(document: &Document, placed: &[Placed], poses: &Poses) -> Result<BTreeMap<usize, Look>> {
+    let mut looks = BTreeMap::new();
     for placed in placed {
         let Some(mesh) = nodes::mesh_of(document, placed.node)? else { continue };
         let node = &document.nodes[placed.node];
-        if node.skin.is_some() {
-            warnings.push("Skins are not posed: skinned meshes stand where their nodes are.");
-        }
         let json = &document.meshes[mesh];
-        let morphed = node.weights.iter().chain(&json.weights).any(|&w| w != 0.0);
-        if morphed && json.primitives.iter().any(|p| !p.targets.is_empty()) {
-            warnings.push("Morph targets are not followed: their meshes have their base shape.");
+        let held = json.primitives.iter().any(|p| p.attributes.contains_key("JOINTS_0"));
+        let targets = json.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0);
+        let animated = poses.get(&placed.node).and_then(|pose| pose.weights.as_ref());
+        let weights = animated.unwrap_or(if node.weights.is_empty() { &json.weights } else { &node.weights });
+        // A weight that is no number moves nothing.
+        let mut weights: Vec<u64> =
+            weights.iter().take(targets).map(|w| if w.is_finite() { w.to_bits() } else { 0 }).collect();
+        while weights.last().is_some_and(|&bits| f64::from_bits(bits) == 0.0) {
+            weights.pop();
         }
-        used.insert(mesh);
+        let skin = node.skin.filter(|_| held).map(|skin| skin.index());
+        looks.insert(placed.node, Look { mesh, skin, weights });
     }
-    let mut used: Vec<usize> = used.into_iter().collect();
-    used.sort_unstable();
-    Ok(used)
+    Ok(looks)
+}
+
+/// The skins of these looks, posed.
+fn skins(
+    accessors: &Accessors,
+    looks: &BTreeMap<usize, Look>,
+    poses: &Poses,
+    warnings: &mut Warnings,
+) -> Result<HashMap<usize, Skin>> {
+    let mut posed = HashMap::new();
+    let users: BTreeMap<usize, usize> = looks.iter().filter_map(|(&node, look)| Some((look.skin?, node))).collect();
+    if users.is_empty() {
+        return Ok(posed);
+    }
+    let worlds = Worlds::new(accessors.document, poses);
+    let skins = skins::read(accessors.document)?;
+    for (skin, node) in users {
+        posed.insert(skin, skins::pose(accessors, &skins, skin, &worlds, &format!("node {node}"), warnings)?);
+    }
+    Ok(posed)
 }
 
 /// Refuses files that would grow far beyond their own size.
 fn check_geometry_size(
-    plans: &[(usize, Option<usize>, Plan)],
+    plans: &[Job],
     drafts: &[Draft],
     slot_of: impl Fn(Option<usize>) -> usize,
     accessors: &Accessors,
     sources: Sources,
 ) -> Result<()> {
-    let asked = plans
-        .iter()
-        .fold(0_u64, |sum, (_, material, plan)| sum.saturating_add(plan.bytes(&drafts[slot_of(*material)])));
-    let allowed = sources.options.max_geometry_bytes.max(accessors.buffers.stated_bytes().saturating_mul(8));
+    let asked = plans.iter().fold(0_u64, |sum, job| sum.saturating_add(job.plan.bytes(&drafts[slot_of(job.material)])));
+    let allowed = sources.options.max_geometry_bytes.max(accessors.buffers.bytes().saturating_mul(8));
     if asked > allowed {
         let cause = format!("would take {asked} bytes of memory, and {allowed} are allowed");
         return Err(Fault::too_large("its geometry", cause));
@@ -143,22 +198,34 @@ fn check_geometry_size(
 
 /// One instance for each mesh (a glTF primitive) of each placed node.
 fn instances(
-    document: &Document,
+    accessors: &Accessors,
     placed: &[Placed],
-    parts: &HashMap<usize, Vec<usize>>,
+    looks: &BTreeMap<usize, Look>,
+    skins: &HashMap<usize, Skin>,
+    parts: &HashMap<&Look, Vec<usize>>,
     most: usize,
     warnings: &mut Warnings,
 ) -> Result<Vec<Instance>> {
     let mut instances = Vec::new();
     for placed in placed {
-        let Some(parts) = nodes::mesh_of(document, placed.node)?.and_then(|mesh| parts.get(&mesh)) else { continue };
-        if !nodes::drawable(placed, warnings) {
-            continue;
-        }
-        if instances.len() + parts.len() > most {
+        let Some(look) = looks.get(&placed.node) else { continue };
+        let Some(parts) = parts.get(look) else { continue };
+        // Joints alone say where a skin is, and not the node that has it.
+        let placed = match look.skin.and_then(|skin| skins.get(&skin)) {
+            Some(skin) => &Placed { to_world: DAffine3::from_translation(skin.anchor), ..*placed },
+            None => placed,
+        };
+        let left = most.saturating_sub(instances.len()) / parts.len().max(1);
+        let copies = instancing::transforms(accessors, placed.node, left)?.unwrap_or_else(|| vec![DAffine3::IDENTITY]);
+        if copies.len() > left {
             return Err(Fault::too_large("its nodes", format!("place more than {most} mesh primitives")));
         }
-        instances.extend(parts.iter().map(|&mesh| Instance { mesh, to_world: placed.to_world }));
+        for copy in copies {
+            let placed = Placed { to_world: placed.to_world * copy, ..*placed };
+            if nodes::drawable(&placed, warnings) {
+                instances.extend(parts.iter().map(|&mesh| Instance { mesh, to_world: placed.to_world }));
+            }
+        }
     }
     Ok(instances)
 }

@@ -8,8 +8,9 @@ use serde::Deserialize;
 
 use super::document::{Document, Int, TextureInfo, get};
 use super::images::Decoded;
+use super::specular_glossiness;
 use super::warnings::Warnings;
-use crate::{Filter, Texture, TextureRef, Wrap};
+use crate::{Filter, Image, Texture, TextureRef, Wrap};
 
 /// Coordinate sets above this are refused: every vertex would carry them all.
 pub(crate) const MAX_UV_SETS: u64 = 8;
@@ -85,9 +86,20 @@ fn sensible(t: Affine2) -> bool {
     t.to_cols_array().iter().all(|c| c.abs() < 1e9)
 }
 
-/// The glTF image behind a texture: its core `source`. Extensions with images of other formats are not read.
+/// Extensions that name an image of another format, which stands before the core `source`: that is for readers without
+/// the format. In the order in which they are looked for.
+const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
+
+#[derive(Deserialize)]
+struct SourceJson {
+    source: Option<Int>,
+}
+
+/// The glTF image behind a texture.
 fn image_of(document: &Document, texture: usize) -> Option<usize> {
-    document.textures.get(texture)?.source.map(Int::index)
+    let json = document.textures.get(texture)?;
+    let other = SOURCES.iter().find_map(|name| json.extensions.parse::<SourceJson>(name)?.ok()?.source);
+    other.or(json.source).map(Int::index)
 }
 
 /// The images that these lookups need, ascending.
@@ -106,11 +118,23 @@ pub(crate) struct Binder<'a> {
     pub(crate) textures: Vec<Texture>,
     /// Textures without a readable source, samplers out of range.
     pub(crate) warnings: Warnings,
+    /// Images made from others; their indices go on where those of the decoded ones end.
+    pub(crate) made: Vec<Image>,
+    /// Roughness maps by the image and the glossiness factor (as bits) that they were made from.
+    roughness: HashMap<(usize, u32), usize>,
 }
 
 impl<'a> Binder<'a> {
     pub(crate) fn new(document: &'a Document, decoded: &'a Decoded) -> Self {
-        Self { document, decoded, slots: HashMap::new(), textures: Vec::new(), warnings: Warnings::default() }
+        Self {
+            document,
+            decoded,
+            slots: HashMap::new(),
+            textures: Vec::new(),
+            warnings: Warnings::default(),
+            made: Vec::new(),
+            roughness: HashMap::new(),
+        }
     }
 
     /// `None` when the image could not be read (it has been warned of).
@@ -127,6 +151,29 @@ impl<'a> Binder<'a> {
         };
         let &image = self.decoded.slots.get(&image)?;
         let texture = self.sampled(lookup.texture, image);
+        Some(self.reference(lookup, texture))
+    }
+
+    /// A roughness map made of the glossiness in an image's alpha.
+    pub(crate) fn bind_glossiness(&mut self, lookup: &Lookup, glossiness: f32) -> Option<TextureRef> {
+        let &image = self.decoded.slots.get(&image_of(self.document, lookup.texture)?)?;
+        let key = (image, glossiness.to_bits());
+        let index = match self.roughness.get(&key) {
+            Some(&index) => index,
+            None => {
+                let from = &self.decoded.images[image];
+                let rgba = specular_glossiness::roughness(&from.rgba, glossiness);
+                self.made.push(Image { name: format!("{} (roughness)", from.name), rgba, ..*from });
+                let index = self.decoded.images.len() + self.made.len() - 1;
+                self.roughness.insert(key, index);
+                index
+            }
+        };
+        let texture = self.sampled(lookup.texture, index);
+        Some(self.reference(lookup, texture))
+    }
+
+    fn reference(&mut self, lookup: &Lookup, texture: Texture) -> TextureRef {
         let index = match self.slots.get(&texture) {
             Some(&index) => index,
             None => {
@@ -135,7 +182,7 @@ impl<'a> Binder<'a> {
                 self.textures.len() - 1
             }
         };
-        Some(TextureRef { texture: index, uv_set: lookup.uv_set, transform: lookup.transform })
+        TextureRef { texture: index, uv_set: lookup.uv_set, transform: lookup.transform }
     }
 
     fn sampled(&mut self, index: usize, image: usize) -> Texture {

@@ -36,6 +36,14 @@ pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<
     }
 }
 
+/// Bytes behind a URI without reading them, or a little more for `data:`; 0 when there are none.
+pub(crate) fn size(uri: &str, folder: &Path) -> u64 {
+    match uri.get(..5) {
+        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => uri.len() as u64,
+        _ => resolve(uri, folder, "").ok().and_then(|path| path.metadata().ok()).map_or(0, |metadata| metadata.len()),
+    }
+}
+
 /// A URI as shown in messages: data URIs are cut.
 pub(crate) fn shown(uri: &str) -> String {
     const LONGEST: usize = 80;

@@ -3,13 +3,16 @@
 mod accessors;
 mod build;
 mod cameras_and_lights;
+mod compressed;
 mod container;
 mod environment;
 mod framing;
+mod geometry_extensions;
 mod hostile;
 mod materials;
 mod meshes;
 mod nodes;
+mod posing;
 mod round_trip;
 mod second_opinion;
 mod textures;

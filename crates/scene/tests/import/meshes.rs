@@ -317,15 +317,3 @@ fn the_same_primitive_is_stored_once() {
     let scene = gltf.load();
     assert_eq!((scene.meshes.len(), scene.instances.len(), scene.triangle_count()), (1, 2, 4));
 }
-
-#[test]
-fn skins_and_morphs_are_told() {
-    let mut gltf = Gltf::triangle();
-    gltf.json["nodes"][0]["skin"] = json!(0);
-    warned(&gltf.load(), "Skins");
-    let mut gltf = Gltf::triangle();
-    gltf.primitive()["targets"] = json!([{"POSITION": 0}]);
-    assert!(gltf.load().warnings.is_empty());
-    gltf.json["meshes"][0]["weights"] = json!([0.5]);
-    warned(&gltf.load(), "Morph");
-}

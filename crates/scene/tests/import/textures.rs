@@ -131,13 +131,13 @@ fn textures_that_cannot_be_had_are_left_out() {
     left_out(&load(|g| g.json["images"][0] = json!({"uri": "http://x/y.png"})), "only data: and relative");
     left_out(&load(|g| g.json["images"][0] = json!({"uri": "data:image/png;base64,iVBORw0KGgo="})), "decoded");
     left_out(&load(|g| g.json["images"][0] = json!({"uri": "data:image/png;base64,"})), "no bytes");
-    left_out(&load(|g| g.json["images"][0] = json!({"uri": "data:,hello"})), "neither PNG nor JPEG");
+    left_out(&load(|g| g.json["images"][0] = json!({"uri": "data:,hello"})), "neither PNG, JPEG, WebP nor KTX2");
     left_out(&load(|g| g.json["images"][0] = json!({})), "neither a URI nor a bufferView");
     left_out(&load(|g| g.json["images"][0] = json!({"bufferView": 88})), "bufferView 88");
     left_out(&load(|g| g.json["textures"][0] = json!({"source": 4})), "image 4");
     left_out(&load(|g| g.json["textures"][0] = json!({})), "texture 0 has no source");
-    let webp = json!({"extensions": {"EXT_texture_webp": {"source": 0}}});
-    left_out(&load(|g| g.json["textures"][0] = webp.clone()), "EXT_texture_webp");
+    let dds = json!({"extensions": {"MSFT_texture_dds": {"source": 0}}});
+    left_out(&load(|g| g.json["textures"][0] = dds.clone()), "MSFT_texture_dds");
     left_out(&textured(json!({"index": 9}), |_| {}).load(), "texture 9");
     left_out(&textured(json!({}), |_| {}).load(), "does not say which");
     left_out(&textured(json!({"index": 0, "texCoord": 1_000_000_000}), |_| {}).load(), "TEXCOORD_1000000000");
@@ -208,4 +208,58 @@ fn all_images_together_are_limited() {
     let scene = load_bytes(&gltf.glb(), "made.glb".as_ref(), &options).expect("loads");
     assert_eq!(scene.images.len(), 16);
     warned(&scene, "more than 64 pixels");
+}
+
+/// The pixel of an image of one pixel, written by the image crate in `format` from `image`.
+fn one_pixel(image: image::DynamicImage, format: image::ImageFormat, extension: Option<&str>) -> [u8; 4] {
+    let mut out = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut out, format).expect("encodes");
+    let scene = load(|gltf| {
+        let view = gltf.view(out.get_ref());
+        gltf.json["images"][0] = json!({"bufferView": view});
+        if let Some(name) = extension {
+            gltf.json["textures"][0] = json!({"extensions": {name: {"source": 0}}});
+            gltf.json["extensionsUsed"] = json!([name]);
+            gltf.json["extensionsRequired"] = json!([name]);
+        }
+    });
+    assert_eq!(scene.warnings, Vec::<String>::new());
+    scene.images[0].rgba[..4].try_into().expect("a pixel")
+}
+
+#[test]
+fn grey_and_16_bit_images_become_8_bit_colours() {
+    use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb, Rgba};
+    let png = |image| one_pixel(image, ImageFormat::Png, None);
+    assert_eq!(png(DynamicImage::ImageLuma8(ImageBuffer::from_pixel(1, 1, Luma([90])))), [90, 90, 90, 255]);
+    assert_eq!(png(DynamicImage::ImageLumaA8(ImageBuffer::from_pixel(1, 1, LumaA([90, 7])))), [90, 90, 90, 7]);
+    // 16 bits are rounded to the nearest of 8: 257 n stands for n.
+    let half = 257 * 100 + 128;
+    assert_eq!(png(DynamicImage::ImageLuma16(ImageBuffer::from_pixel(1, 1, Luma([half])))), [100, 100, 100, 255]);
+    assert_eq!(
+        png(DynamicImage::ImageRgb16(ImageBuffer::from_pixel(1, 1, Rgb([half + 1, 0, 65535])))),
+        [101, 0, 255, 255]
+    );
+    let rgba = Rgba([257, 514, 771, 257 * 200]);
+    assert_eq!(png(DynamicImage::ImageRgba16(ImageBuffer::from_pixel(1, 1, rgba))), [1, 2, 3, 200]);
+}
+
+#[test]
+fn webp_textures_load() {
+    let pixel = image::ImageBuffer::from_pixel(1, 1, image::Rgba([12, 34, 56, 255]));
+    let image = image::DynamicImage::ImageRgba8(pixel);
+    // Lossless, so that the pixel is the same.
+    assert_eq!(one_pixel(image, image::ImageFormat::WebP, Some("EXT_texture_webp")), [12, 34, 56, 255]);
+}
+
+#[test]
+fn webp_stands_before_its_fallback() {
+    let scene = load(|gltf| {
+        let blue = gltf.view(&png(1, 1, &[0, 0, 255, 255]));
+        let webp = gltf.push("images", json!({"bufferView": blue}));
+        gltf.json["textures"][0]["extensions"] = json!({"EXT_texture_webp": {"source": webp}});
+        gltf.json["extensionsUsed"] = json!(["EXT_texture_webp"]);
+    });
+    // The bytes decide what an image is.
+    assert_eq!(scene.images[0].rgba, [0, 0, 255, 255]);
 }

@@ -1,0 +1,105 @@
+//! KHR_draco_mesh_compression, by the crate `draco-core`.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use draco_core::{DecodeLimits, DecoderBuffer, MeshDecoder};
+use gltf::json::accessor::ComponentType as Component;
+use serde::Deserialize;
+
+use super::accessor::{Accessors, Typed};
+use super::document::{Int, Primitive};
+use super::error::{Fault, Result};
+
+pub(crate) const NAME: &str = "KHR_draco_mesh_compression";
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Json {
+    buffer_view: Int,
+    #[serde(default)]
+    attributes: BTreeMap<String, Int>,
+}
+
+/// A decoded primitive.
+pub(crate) struct Decoded {
+    mesh: draco_core::Mesh,
+    attributes: BTreeMap<String, Int>,
+    place: String,
+}
+
+/// Decodes a primitive that is compressed. What the stream may unfold to is bounded by what the primitive's accessors
+/// state: `vertices` and `corners`.
+pub(crate) fn decode(
+    accessors: &Accessors,
+    primitive: &Primitive,
+    vertices: usize,
+    corners: usize,
+    place: &str,
+) -> Result<Option<Decoded>> {
+    let Some(parsed) = primitive.extensions.parse::<Json>(NAME) else { return Ok(None) };
+    let broken = |cause: String| Fault::invalid(place, format!("is compressed with Draco, but {cause}"));
+    let json = parsed.map_err(|e| broken(format!("its extension cannot be read: {e}")))?;
+    let stream = accessors.buffers.view(json.buffer_view, &format!("{NAME} of {place}"))?.bytes;
+    // Values are at most 4 components of 8 bytes while they are decoded.
+    let bytes = vertices as u64 * 32 * (json.attributes.len() as u64 + 1) + (1 << 16);
+    let limits = DecodeLimits::default()
+        .with_max_points(vertices as u64)
+        .with_max_faces(corners as u64 / 3)
+        .with_max_decoded_bytes(bytes);
+    // The decoder checks what it reads; should it fail inside on damaged data, that is the file's error and no crash.
+    let decoded = catch_unwind(AssertUnwindSafe(|| {
+        let mut mesh = draco_core::Mesh::new();
+        MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map(|()| mesh)
+    }));
+    let mesh = match decoded {
+        Ok(Ok(mesh)) => mesh,
+        Ok(Err(e)) => return Err(broken(format!("its stream cannot be decoded ({e})"))),
+        Err(_) => return Err(broken("its stream is damaged".into())),
+    };
+    let (points, faces) = (mesh.num_points(), mesh.num_faces());
+    if points != vertices || faces != corners / 3 {
+        let cause = format!(
+            "its stream has {points} vertices and {faces} triangles where the accessors state {vertices} and {}",
+            corners / 3
+        );
+        return Err(broken(cause));
+    }
+    Ok(Some(Decoded { mesh, attributes: json.attributes, place: place.to_owned() }))
+}
+
+impl Decoded {
+    /// Indices, three a triangle.
+    pub(crate) fn indices(&self) -> Vec<u32> {
+        self.mesh.faces().iter().flatten().map(|point| point.0).collect()
+    }
+
+    /// The elements of an attribute as the accessor describes them; `None` when it is not in the stream.
+    pub(crate) fn floats<const N: usize>(
+        &self,
+        of: &Typed,
+        name: &str,
+        pick: Option<&[u32]>,
+    ) -> Option<Result<Vec<[f32; N]>>> {
+        let id = self.attributes.get(name)?;
+        let attribute = u32::try_from(id.0).ok().and_then(|id| self.mesh.attribute_by_unique_id(id));
+        let Some(attribute) = attribute.filter(|a| usize::from(a.num_components()) == N && of.width == N) else {
+            let cause = format!("has no attribute {} of {N} components in its Draco stream for {name}", id.0);
+            return Some(Err(Fault::invalid(&self.place, cause)));
+        };
+        let values = attribute.read_f32s(self.mesh.num_points(), N);
+        let most = match (of.normalized, of.component) {
+            (true, Component::I8) => 127.0,
+            (true, Component::U8) => 255.0,
+            (true, Component::I16) => 32767.0,
+            (true, Component::U16) => 65535.0,
+            _ => 1.0,
+        };
+        let elements = values.as_chunks::<N>().0;
+        let scaled = |e: &[f32; N]| if most == 1.0 { *e } else { e.map(|v| (v / most).max(-1.0)) };
+        Some(Ok(match pick {
+            Some(pick) => pick.iter().map(|&i| scaled(&elements[i as usize])).collect(),
+            None => elements.iter().map(scaled).collect(),
+        }))
+    }
+}
