@@ -39,6 +39,9 @@ const PILOT_BATCHES: u32 = 4;
 /// Beyond what the pilot asks for: its own estimate is noisy.
 const MARGIN: f64 = 1.05;
 
+/// Shortest time between two lines of progress, seconds.
+const LOG_EVERY: f64 = 10.0;
+
 /// Replicates of the pilot are numbered from here, so that nothing of it is used again.
 const PILOT_FIRST: u32 = 1 << 31;
 
@@ -96,7 +99,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
         warnings,
         notes: setup.notes,
     };
-    judge(&mut report, tail.is_none_or(|t| t.reliable()));
+    judge(&mut report);
     report.seconds = start.elapsed().as_secs_f64();
     let text = if args.json {
         serde_json::to_string(&report).map_err(|e| Error::Print(e.into()))? + "\n"
@@ -108,10 +111,13 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
 }
 
 /// Says what speaks against the error bar, and whether the target is met.
-fn judge(report: &mut Report, tail_reliable: bool) {
+fn judge(report: &mut Report) {
     let mut doubts = Vec::new();
-    if !tail_reliable {
-        doubts.push("the estimates have a heavy tail (Pareto k above its limit): rare bright paths may be missing, and the error bar cannot be trusted".to_owned());
+    if let Some([k, limit]) = report.tail.filter(|[k, limit]| k > limit) {
+        doubts.push(format!(
+            "the estimates have a heavy tail (Pareto k = {k:.2}, above {limit:.2}): rare bright paths may be missing, \
+             and the error bar cannot be trusted"
+        ));
     }
     if report.luminance.value == 0.0 {
         doubts.push("every sample was black: either no light arrives here, or it arrives by paths too rare to be found".to_owned());
@@ -152,6 +158,17 @@ struct Plan {
     pilot_samples: u64,
     /// What the end by the number of batches means.
     end: &'static str,
+}
+
+impl Plan {
+    /// A line of a log: what is done, what is left.
+    fn tell(&self, batches: u32, seconds: f64) {
+        let samples = |batches: u32| self.pixels as f64 * f64::from(self.samples) * f64::from(batches) / 1e6;
+        let by_number = seconds / f64::from(batches) * f64::from(self.batches - batches);
+        let by_time = self.deadline.map_or(f64::MAX, |d| d.saturating_duration_since(Instant::now()).as_secs_f64());
+        let of = if self.batches == u32::MAX { String::new() } else { format!(" of {:.1}", samples(self.batches)) };
+        console::note(&format!("{:.1}{of} million samples, {:.0} s left", samples(batches), by_number.min(by_time)));
+    }
 }
 
 /// A measurement under way.
@@ -242,7 +259,14 @@ impl Measurement<'_> {
     fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
         let mut tally = self.tally();
         let least = if self.setup.same { 1 } else { 2 };
+        let began = Instant::now();
+        let mut next = LOG_EVERY;
         while tally.batches() < plan.batches {
+            let seconds = began.elapsed().as_secs_f64();
+            if tally.batches() > 0 && seconds >= next {
+                next = seconds + (seconds / 2.0).max(LOG_EVERY);
+                plan.tell(tally.batches(), seconds);
+            }
             let deadline = plan.deadline.filter(|_| tally.batches() >= least);
             if !self.trace(plan.samples, &mut tally, deadline)? || deadline.is_some_and(|d| Instant::now() >= d) {
                 break;
