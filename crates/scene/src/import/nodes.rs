@@ -63,7 +63,7 @@ impl Worlds {
         while let Some(index) = stack.pop() {
             let node = &nodes[index];
             // A child's entry holds its parent's transform until its own turn.
-            worlds[index] = worlds[index] * local(node, index, poses.get(&index), &mut untold);
+            worlds[index] *= local(node, index, poses.get(&index), &mut untold);
             for child in node.children.iter().map(|child| child.index()) {
                 worlds[child] = worlds[index];
                 stack.push(child);

@@ -7,9 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use surelight_scene::{LoadOptions, Scene, load_bytes, load_environment};
+use surelight_scene::{LoadOptions, Moment, Scene, load_bytes, load_environment};
 
 use crate::build::{FLOAT, Gltf, floats};
+use crate::geometry_extensions::asset;
 
 /// SplitMix64.
 struct Random(u64);
@@ -141,9 +142,14 @@ fn check(scene: &Scene) {
 fn attempt(bytes: &[u8], path: &Path, what: &str) -> bool {
     // Small limits, so that a mutation that asks for memory is an error and not a slow test.
     let options = LoadOptions { max_image_pixels: 1 << 20, max_geometry_bytes: 16 << 20, ..LoadOptions::default() };
+    let moment = Moment { animation: "0".into(), seconds: 0.4 };
+    let moving = LoadOptions { animation: Some(moment), ..options.clone() };
     let outcome = std::panic::catch_unwind(|| match load_bytes(bytes, path, &options) {
         Ok(scene) => {
             check(&scene);
+            if let Ok(moved) = load_bytes(bytes, path, &moving) {
+                check(&moved);
+            }
             true
         }
         Err(error) => {
@@ -170,6 +176,10 @@ fn open(bytes: &[u8]) -> Option<Gltf> {
 
 fn seeds() -> Vec<(PathBuf, Gltf)> {
     let mut seeds = vec![(PathBuf::from("rich.glb"), rich()), (PathBuf::from("square.glb"), Gltf::square())];
+    seeds.push((PathBuf::from("skinned.glb"), crate::posing::skinned()));
+    for name in ["basisu.glb", "draco.glb", "meshopt-ext.glb", "meshopt-khr.glb"] {
+        seeds.extend(open(&asset(name)).map(|gltf| (PathBuf::from(name), gltf)));
+    }
     let Some(corpus) = std::env::var_os("SURELIGHT_CORPUS").map(PathBuf::from) else { return seeds };
     for folder in ["geometry", "materials", "textures", "scenes", "malformed/derived"] {
         for entry in fs::read_dir(corpus.join(folder)).into_iter().flatten().flatten() {
@@ -266,5 +276,16 @@ fn changed_environment_maps_never_panic() {
                 panic!("case {case} panicked; the file is {}", kept.display());
             }
         }
+    }
+}
+
+#[test]
+fn a_buffer_that_is_not_there_lends_no_size() {
+    // 4 thousand million vertices of implied zeros, allowed if the file were as large as it claims.
+    for buffer in [json!({"byteLength": 1_u64 << 52}), json!({"byteLength": 1_u64 << 52, "uri": "data:,"})] {
+        let mut gltf = Gltf::triangle();
+        gltf.push("buffers", buffer);
+        gltf.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": u32::MAX});
+        gltf.refused(&["its geometry", "are allowed"]);
     }
 }

@@ -68,7 +68,7 @@ fn morph_targets_are_added_by_their_weights() {
 }
 
 /// Two joints along x; the far half of the square hangs on the second.
-fn skinned() -> Gltf {
+pub(crate) fn skinned() -> Gltf {
     let mut gltf = Gltf::square();
     let joints = gltf.accessor(&[0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0], UBYTE, "VEC4", 4);
     let weights = gltf.accessor(
@@ -257,4 +257,20 @@ fn integers_as_indices_of_joints_are_read() {
     let byte = skinned().load();
     gltf.primitive()["attributes"]["JOINTS_0"] = json!(joints);
     assert_eq!(gltf.load().meshes, byte.meshes);
+}
+
+#[test]
+fn keyframes_without_bytes_ask_for_no_memory() {
+    let mut gltf = Gltf::triangle();
+    animate(&mut gltf, json!({"node": 0, "path": "translation"}), "LINEAR", &[0., 1.], &[0.; 6], "VEC3");
+    for array in ["input", "output"] {
+        let mut gltf = gltf.clone();
+        let zeros = gltf.push(
+            "accessors",
+            json!({"componentType": FLOAT, "type": if array == "input" { "SCALAR" } else { "VEC3" }, "count": u32::MAX}),
+        );
+        gltf.json["animations"][0]["samplers"][0][array] = json!(zeros);
+        let message = at(&gltf, "move", 0.5).expect_err("refused").to_string();
+        assert!(message.contains("4294967295 elements"), "{message}");
+    }
 }
