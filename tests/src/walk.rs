@@ -69,7 +69,7 @@ impl Found {
     /// The closest hit.
     pub fn hit(&self) -> Option<Hit> {
         let Self { t, b1, b2, prim, instance, item, .. } = *self;
-        (item != u32::MAX).then_some(Hit { t, b1, b2, prim, instance, item })
+        (prim != u32::MAX).then_some(Hit { t, b1, b2, prim, instance, item })
     }
 
     /// Whether anything stands before the shadow ray's end.

@@ -150,7 +150,7 @@ fn samples_follow_the_pdf() {
         // A texel's halves along v have the same solid angle when they are cut at the middle of its height.
         let edge = |row: usize| {
             let at = |r: usize| (PI * r as f64 / f64::from(map.height)).cos();
-            if row % 2 == 0 { at(row / 2) } else { 0.5 * (at(row / 2) + at(row / 2 + 1)) }
+            if row.is_multiple_of(2) { at(row / 2) } else { 0.5 * (at(row / 2) + at(row / 2 + 1)) }
         };
         let edges: Vec<_> = (0..=rows).map(edge).collect();
         let centres: Vec<_> = (0..columns * rows)

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_render::Settings;
 use surelight_scene::{LightKind, Scene, procedural};
-use surelight_tests::render::{Judge, all, pooled, render};
+use surelight_tests::render::{Judge, all, bits, pooled, render};
 
 const LIMIT: f64 = 0.002;
 
@@ -61,7 +61,8 @@ fn by_its_vertices() {
     Judge::new(LIMIT).mean("room at 1e5", &film, procedural::furnace::RADIANCE.map(f64::from));
 }
 
-/// Large and small worlds look alike: offsets of rays and ends of shadow rays scale with what they stand on.
+/// Large and small worlds look alike: offsets of rays and ends of shadow rays scale with what they stand on. Scaling by a power of
+/// two rounds nothing, and changes no bit.
 #[test]
 fn at_any_scale() {
     let scene = procedural::quad_light::quad_light();
@@ -72,11 +73,35 @@ fn at_any_scale() {
         render(&scene, &Settings::new(48, 48), 4, 16)
     };
     let own = scaled(1.0);
-    for factor in [1e-5, 1e-2, 1e2, 1e5] {
+    for exponent in [-20, -7, 7, 20] {
+        assert!(
+            bits(&scaled(f64::from(exponent).exp2())) == bits(&own),
+            "scaled by 2^{exponent} it is another picture"
+        );
+    }
+    for factor in [1e-5, 3.0, 1e5] {
         let film = scaled(factor);
         let (a, b) = (pooled(&own, 1, all(&own)), pooled(&film, 1, all(&film)));
         let change = b.mean / a.mean - 1.0;
         println!("scaled by {factor:e}: {:+.5} %", 100.0 * change);
         assert!(change.abs() < LIMIT, "scaled by {factor:e} it changes by {change:+.1e}");
+    }
+}
+
+/// Twice the light is twice the picture, bit for bit.
+#[test]
+fn at_any_brightness() {
+    let lit = |factor: f32| {
+        let mut scene = procedural::cornell_box::cornell_box();
+        scene.materials.iter_mut().for_each(|m| m.emissive = m.emissive.map(|e| e * factor));
+        render(&scene, &Settings::new(32, 32), 2, 8)
+    };
+    let own = lit(1.0);
+    for exponent in [-10, 10] {
+        let factor = f64::from(exponent).exp2();
+        let film = lit(factor as f32);
+        for i in all(&own) {
+            assert_eq!(film.mean(i), own.mean(i).map(|v| v * factor), "pixel {i}, brighter by 2^{exponent}");
+        }
     }
 }

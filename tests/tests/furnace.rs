@@ -2,7 +2,7 @@
 
 use surelight_estimate::{sidak_level, student_t_survival};
 use surelight_film::Film;
-use surelight_render::Settings;
+use surelight_render::{Directions, Integrator, Sampler, Settings};
 use surelight_scene::{Environment, Scene, procedural::furnace, procedural::probes};
 use surelight_tests::render::{ALPHA, Judge, all, prepare, render, trace};
 
@@ -31,6 +31,29 @@ fn closed_room_of_several_reflectances() {
     let truth = furnace::RADIANCE.map(f64::from);
     Judge::new(POWER).mean("furnace", &film, truth);
     assert_pixels("furnace", &film, truth);
+}
+
+/// However paths are sampled and wherever their random numbers come from.
+#[test]
+fn closed_room_by_every_estimator() {
+    let plain = Settings::new(24, 24);
+    let with = |integrator| Settings { integrator, ..plain.clone() };
+    let from = |sampler| Settings { sampler, ..plain.clone() };
+    let ways = [
+        with(Integrator::Hemisphere(Directions::Bsdf)),
+        with(Integrator::Hemisphere(Directions::Cosine)),
+        with(Integrator::Hemisphere(Directions::Uniform)),
+        with(Integrator::Area),
+        from(Sampler::Independent),
+        from(Sampler::Stratified),
+    ];
+    for (seed, settings) in (0..).zip(&ways) {
+        let film = render(&furnace::furnace(), &Settings { seed, ..settings.clone() }, 16, 64);
+        let name = format!("furnace, {:?}, {:?}", settings.integrator, settings.sampler);
+        // Points on lights alone are noisy where surfaces meet.
+        let power = if settings.integrator == Integrator::Area { 0.02 } else { POWER };
+        Judge::of(ways.len(), power).mean(&name, &film, furnace::RADIANCE.map(f64::from));
+    }
 }
 
 #[test]

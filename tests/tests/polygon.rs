@@ -13,6 +13,9 @@ use surelight_scene::{Light, LightKind, Projection, Scene, procedural::quad_ligh
 use surelight_tests::render::{ALPHA, render};
 use surelight_tests::scenes::{add, lambert, look_at, orthographic};
 
+/// Pixel, channel, mean, its error, the exact value.
+type Tested = (usize, usize, f64, f64, f64);
+
 /// Points along a pixel's side.
 const GRID: usize = 12;
 
@@ -43,7 +46,7 @@ fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option
         assert!(p > level, "{name}: pixel {at:?}, channel {c} is {mean} ± {error:.1e} instead of {exact}, p = {p:.1e}");
     }
     let pool =
-        |f: &dyn Fn(&(usize, usize, f64, f64, f64)) -> f64, c| tests.iter().filter(|t| t.1 == c).map(f).sum::<f64>();
+        |f: &dyn Fn(&Tested) -> f64, c| tests.iter().filter(|t| t.1 == c).map(f).sum::<f64>();
     for c in 0..3 {
         let (mean, exact) = (pool(&|t| t.2, c), pool(&|t| t.4, c));
         let error = pool(&|t| t.3 * t.3, c).sqrt().hypot(1e-6 * exact);

@@ -69,10 +69,9 @@ fn absorption_is_exponential() {
         }
         let film = render(&scene, &Settings::new(16, 16), 4, 4);
         for i in all(&film) {
-            for c in 0..3 {
-                let value = film.mean(i)[c];
-                let error = (value / exact[c] - 1.0).abs();
-                assert!(error < 2e-5, "pixel {i} at {thickness} m: {value} instead of {}", exact[c]);
+            for (value, exact) in film.mean(i).into_iter().zip(exact) {
+                let error = (value / exact - 1.0).abs();
+                assert!(error < 2e-5, "pixel {i} at {thickness} m: {value} instead of {exact}");
             }
         }
     }
@@ -86,9 +85,8 @@ fn mirrors() {
         let film = render(&probes::mirror_corridor(bounces, f0), &Settings::new(16, 16), 4, 4);
         let truth = probes::mirror_corridor_radiance(bounces, f0.map(f64::from));
         for i in all(&film) {
-            for c in 0..3 {
-                let value = film.mean(i)[c];
-                assert!((value / truth[c] - 1.0).abs() < 1e-5, "{bounces} mirrors: {value} instead of {}", truth[c]);
+            for (value, truth) in film.mean(i).into_iter().zip(truth) {
+                assert!((value / truth - 1.0).abs() < 1e-5, "{bounces} mirrors: {value} instead of {truth}");
             }
         }
     }
