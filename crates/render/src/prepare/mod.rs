@@ -123,7 +123,7 @@ impl Settings {
             focus: None,
             max_radiance: None,
             receiver: false,
-            build: BuildOptions { layout: Layout::Wide, ..BuildOptions::default() },
+            build: BuildOptions::default(),
         }
     }
 }
@@ -146,7 +146,9 @@ pub struct Prepared {
 impl Prepared {
     /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, RenderError> {
-        let accel = Accel::build(scene, camera.to_world.translation, &settings.build)?;
+        // The kernel reads one layout only.
+        let build = BuildOptions { layout: Layout::Wide, ..settings.build };
+        let accel = Accel::build(scene, camera.to_world.translation, &build)?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
         let mut textures = Textures::default();
         let unused = surelight_scene::Material { unlit: true, ..Default::default() };
