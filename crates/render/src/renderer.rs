@@ -173,7 +173,7 @@ impl<'a> Renderer<'a> {
     fn warm_up(&mut self) -> Result<(), RenderError> {
         let tile = self.tiles[0];
         let pass = Pass { size: tile.size, samples: 1, lanes: GROUP * self.threads, restart: 1, ..self.pass_of(&tile) };
-        self.dispatch(&pass, true)?;
+        self.dispatch(&pass)?;
         Ok(())
     }
 
@@ -236,7 +236,7 @@ impl<'a> Renderer<'a> {
         loop {
             let started = Instant::now();
             let budget = self.budget;
-            let report = self.dispatch(&Pass { budget, restart, ..*pass }, false)?;
+            let report = self.dispatch(&Pass { budget, restart, ..*pass })?;
             let seconds = started.elapsed();
             self.counts.trace_seconds += seconds.as_secs_f64();
             self.counts.dispatches += 1;
@@ -260,9 +260,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// One dispatch; afterwards every workgroup must have reported.
-    fn dispatch(&self, pass: &Pass, warm_up: bool) -> Result<Control, RenderError> {
-        let workgroups = pass.lanes / GROUP;
-        self.run(pass, if warm_up { &self.kernel } else { &self.kernel }, workgroups)
+    fn dispatch(&self, pass: &Pass) -> Result<Control, RenderError> {
+        self.run(pass, &self.kernel, pass.lanes / GROUP)
     }
 
     fn run(&self, pass: &Pass, kernel: &Kernel, workgroups: u32) -> Result<Control, RenderError> {
@@ -276,7 +275,7 @@ impl<'a> Renderer<'a> {
             encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, size);
             device.queue.submit([encoder.finish()]);
         })?;
-        let report: Control = device.read(&self.control_readback, size, |bytes| bytemuck::pod_read_unaligned(bytes))?;
+        let report: Control = device.read(&self.control_readback, size, bytemuck::pod_read_unaligned)?;
         if report.workgroups != workgroups {
             let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
             return Err(RenderError::LostWork { message });

@@ -30,7 +30,7 @@ impl<'a> Uploader<'a> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(what, bytes.len() as u64, usage)?;
         let mut padded;
-        let contents = if bytes.len() >= LEAST_BYTES && bytes.len() % 4 == 0 {
+        let contents = if bytes.len() >= LEAST_BYTES && bytes.len().is_multiple_of(4) {
             bytes
         } else {
             padded = bytes.to_vec();
