@@ -45,8 +45,7 @@ fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option
         let at = (i % width, i / width);
         assert!(p > level, "{name}: pixel {at:?}, channel {c} is {mean} ± {error:.1e} instead of {exact}, p = {p:.1e}");
     }
-    let pool =
-        |f: &dyn Fn(&Tested) -> f64, c| tests.iter().filter(|t| t.1 == c).map(f).sum::<f64>();
+    let pool = |f: &dyn Fn(&Tested) -> f64, c| tests.iter().filter(|t| t.1 == c).map(f).sum::<f64>();
     for c in 0..3 {
         let (mean, exact) = (pool(&|t| t.2, c), pool(&|t| t.4, c));
         let error = pool(&|t| t.3 * t.3, c).sqrt().hypot(1e-6 * exact);

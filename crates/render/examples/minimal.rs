@@ -28,6 +28,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     write_exr(Path::new("minimal.exr"), &film, &Metadata::default())?;
     let c = renderer.counts;
     println!("{} paths, {:.2} Mpaths/s on {}", c.paths, c.paths as f64 / c.trace_seconds / 1e6, device.info.name);
-    println!("compile {:.3} s, trace {:.3} s, {} dispatches, {:.1} Mrays/s, dropped {}, truncated {}", renderer.compile_seconds, c.trace_seconds, c.dispatches, c.rays as f64 / c.trace_seconds/1e6, c.dropped, c.truncated);
+    println!(
+        "compile {:.3} s, trace {:.3} s, {} dispatches, {:.1} Mrays/s, dropped {}, truncated {}",
+        renderer.compile_seconds,
+        c.trace_seconds,
+        c.dispatches,
+        c.rays as f64 / c.trace_seconds / 1e6,
+        c.dropped,
+        c.truncated
+    );
     Ok(())
 }

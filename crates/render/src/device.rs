@@ -116,7 +116,9 @@ impl Device {
             .map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), message: e.to_string() })?;
         let lost = Arc::new(Mutex::new(None));
         let sink = lost.clone();
-        device.set_device_lost_callback(move |_, message| *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(message));
+        device.set_device_lost_callback(move |_, message| {
+            *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(message)
+        });
         let sink = lost.clone();
         // Without a handler an uncaptured error panics; every call of ours stands in an error scope, so this is a last net.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -143,15 +145,18 @@ impl Device {
     /// An error when the driver has dropped the device.
     pub(crate) fn check_lost(&self) -> Result<(), RenderError> {
         match self.lost.lock().unwrap_or_else(|e| e.into_inner()).as_ref() {
-            Some(message) => {
-                Err(RenderError::DeviceLost { adapter: self.info.name.clone(), message: message.clone() })
-            }
+            Some(message) => Err(RenderError::DeviceLost { adapter: self.info.name.clone(), message: message.clone() }),
             None => Ok(()),
         }
     }
 
     /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is done.
-    pub(crate) fn read<T>(&self, buffer: &wgpu::Buffer, size: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, RenderError> {
+    pub(crate) fn read<T>(
+        &self,
+        buffer: &wgpu::Buffer,
+        size: u64,
+        read: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, RenderError> {
         let slice = buffer.slice(..size);
         let (send, receive) = std::sync::mpsc::channel();
         slice.map_async(wgpu::MapMode::Read, move |result| {

@@ -90,7 +90,12 @@ const MOST_CHUNKS: u32 = 1 << 18;
 
 impl<'a> Integrand<'a> {
     /// Compiles the formula for each sampler. `bounds`: from and to of each dimension, as many as the formula has.
-    pub fn new(device: &'a Device, formula: &Formula, bounds: &[[f64; 2]], most_nodes: usize) -> Result<Self, RenderError> {
+    pub fn new(
+        device: &'a Device,
+        formula: &Formula,
+        bounds: &[[f64; 2]],
+        most_nodes: usize,
+    ) -> Result<Self, RenderError> {
         use wgpu::BufferUsages as U;
         assert_eq!(formula.dimensions(), bounds.len(), "a formula and a box of different dimensions");
         let mut up = Uploader::new(device);
@@ -116,7 +121,8 @@ impl<'a> Integrand<'a> {
             Kernel::new(device, &shader, entry, Checks::Full, &resources)
         };
         let all = [Sampler::Independent, Sampler::Stratified, Sampler::Sobol];
-        let samplers = all.into_iter().map(|s| Ok((s, kernel(s, "integrate_samples")?))).collect::<Result<_, RenderError>>()?;
+        let samplers =
+            all.into_iter().map(|s| Ok((s, kernel(s, "integrate_samples")?))).collect::<Result<_, RenderError>>()?;
         let nodes_kernel = kernel(Sampler::Sobol, "integrate_nodes")?;
         let mut integrand = Self {
             device,
@@ -234,12 +240,14 @@ impl<'a> Integrand<'a> {
 
     /// Values at all nodes, in runs: number of the first, values.
     fn nodes(&mut self, axes: &[Vec<f32>], total: u32, take: &mut dyn FnMut(u32, &[f32])) -> Result<(), RenderError> {
-        self.device.scoped("nodes", || self.device.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&axes.concat())))?;
+        self.device
+            .scoped("nodes", || self.device.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&axes.concat())))?;
         let samples = axes[0].len() as u32;
         let mut first = 0;
         while first < total {
             let count = self.lanes.min(total - first);
-            let (values, seconds) = self.run(&self.nodes_kernel, &Task { first, count, samples, ..Task::default() }, count)?;
+            let (values, seconds) =
+                self.run(&self.nodes_kernel, &Task { first, count, samples, ..Task::default() }, count)?;
             take(first, &values);
             first += count;
             self.adapt(count, seconds);

@@ -73,7 +73,8 @@ impl Kernel {
             let groups = (0..count)
                 .map(|g| {
                     let entries: Vec<_> = groups_of(g).map(|b| group_entry(b, resources)).collect::<Result<_, _>>()?;
-                    let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &layouts[g as usize], entries: &entries };
+                    let descriptor =
+                        wgpu::BindGroupDescriptor { label: None, layout: &layouts[g as usize], entries: &entries };
                     Ok((g, device.device.create_bind_group(&descriptor)))
                 })
                 .collect::<Result<_, RenderError>>()?;

@@ -99,7 +99,9 @@ pub fn render(
         let up = if goal.spp.is_some() { Outcome::TimeUp } else { Outcome::Done };
         // At least one batch, whatever the time; afterwards only what fits.
         let cost = seconds_a_sample.map(|s| s * f64::from(samples));
-        if let (Some(left), Some(cost)) = (left, cost) && left < cost {
+        if let (Some(left), Some(cost)) = (left, cost)
+            && left < cost
+        {
             return Ok(up);
         }
         let pass_seconds = (LOSS * elapsed).max(SHORT);

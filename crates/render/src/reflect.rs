@@ -97,11 +97,13 @@ fn binding_type(module: &naga::Module, global: &naga::GlobalVariable) -> Option<
             buffer(wgpu::BufferBindingType::Storage { read_only })
         }
         naga::AddressSpace::Handle => match module.types[global.ty].inner {
-            naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => wgpu::BindingType::StorageTexture {
-                access: wgpu::StorageTextureAccess::ReadOnly,
-                format: wgpu::TextureFormat::Rgba32Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-            },
+            naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => {
+                wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::ReadOnly,
+                    format: wgpu::TextureFormat::Rgba32Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                }
+            }
             _ => return None,
         },
         _ => return None,

@@ -124,7 +124,8 @@ impl<'a> Renderer<'a> {
         let lanes = u64::from(most_lanes);
         let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
         let control = up.buffer("the control record", &[Control::default()], storage)?;
-        let control_readback = up.zeros("the control record's copy", size_of::<Control>() as u64, U::MAP_READ | U::COPY_DST)?;
+        let control_readback =
+            up.zeros("the control record's copy", size_of::<Control>() as u64, U::MAP_READ | U::COPY_DST)?;
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
         let sum_bytes = lanes * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
@@ -288,7 +289,11 @@ impl<'a> Renderer<'a> {
         self.read(&self.sums, u64::from(pass.batches) * u64::from(pass.lanes) * 16)
     }
 
-    fn read<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(&self, from: &wgpu::Buffer, size: u64) -> Result<Vec<T>, RenderError> {
+    fn read<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(
+        &self,
+        from: &wgpu::Buffer,
+        size: u64,
+    ) -> Result<Vec<T>, RenderError> {
         let device = self.device;
         device.scoped("a copy", || {
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -302,11 +307,13 @@ impl<'a> Renderer<'a> {
     pub fn trace_features(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let Some(kernel) = self.feature_kernel.take() else { return Ok(()) };
         let count = self.width as usize * self.height as usize;
-        let mut all = FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
+        let mut all =
+            FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
         for tile in self.tiles.clone() {
             let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
             self.run(&pass, &kernel, pass.lanes / GROUP)?;
-            let records: Vec<FeaturePixel> = self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
+            let records: Vec<FeaturePixel> =
+                self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
             for (pixel, r) in tile.pixels(pass.lanes, self.width).into_iter().zip(records) {
                 if pixel != u32::MAX {
                     let i = pixel as usize;

@@ -26,7 +26,12 @@ impl<'a> Uploader<'a> {
     }
 
     /// A buffer that holds `data`; never empty, since nothing of no bytes can be bound.
-    pub(crate) fn buffer<T: NoUninit>(&mut self, what: &str, data: &[T], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, RenderError> {
+    pub(crate) fn buffer<T: NoUninit>(
+        &mut self,
+        what: &str,
+        data: &[T],
+        usage: wgpu::BufferUsages,
+    ) -> Result<wgpu::Buffer, RenderError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(what, bytes.len() as u64, usage)?;
         let mut padded;
@@ -43,10 +48,16 @@ impl<'a> Uploader<'a> {
     }
 
     /// A buffer of zeros.
-    pub(crate) fn zeros(&mut self, what: &str, size: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, RenderError> {
+    pub(crate) fn zeros(
+        &mut self,
+        what: &str,
+        size: u64,
+        usage: wgpu::BufferUsages,
+    ) -> Result<wgpu::Buffer, RenderError> {
         self.check(what, size, usage)?;
         self.bytes += size;
-        let descriptor = wgpu::BufferDescriptor { label: Some(what), size: size.max(16), usage, mapped_at_creation: false };
+        let descriptor =
+            wgpu::BufferDescriptor { label: Some(what), size: size.max(16), usage, mapped_at_creation: false };
         self.device.scoped(what, || self.device.device.create_buffer(&descriptor))
     }
 
@@ -78,8 +89,11 @@ impl<'a> Uploader<'a> {
                 usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
                 view_formats: &[],
             });
-            let layout =
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row as u32), rows_per_image: Some(height) };
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row as u32),
+                rows_per_image: Some(height),
+            };
             let whole = bytes.len() / row;
             let copy = |first_row: u32, rows: u32, data: &[u8]| {
                 if rows > 0 {

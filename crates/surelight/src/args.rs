@@ -7,9 +7,9 @@ use std::time::Duration;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::compare::CompareArgs;
 use crate::integrate::IntegrateArgs;
 use crate::measure::MeasureArgs;
-use crate::compare::CompareArgs;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 

@@ -74,7 +74,13 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let tail = tally.tail();
     let mut report = Report {
         scene: args.scene.display().to_string(),
-        quantity: if setup.settings.receiver { "irradiance" } else if setup.same { "radiance" } else { "mean radiance" },
+        quantity: if setup.settings.receiver {
+            "irradiance"
+        } else if setup.same {
+            "radiance"
+        } else {
+            "mean radiance"
+        },
         place: place(args),
         rgb: [values[0], values[1], values[2]],
         luminance,
@@ -120,7 +126,10 @@ fn judge(report: &mut Report) {
         ));
     }
     if report.luminance.value == 0.0 {
-        doubts.push("every sample was black: either no light arrives here, or it arrives by paths too rare to be found".to_owned());
+        doubts.push(
+            "every sample was black: either no light arrives here, or it arrives by paths too rare to be found"
+                .to_owned(),
+        );
     }
     if report.dropped_samples > 0 {
         doubts.push(format!("{} samples were not finite and were left out", report.dropped_samples));

@@ -32,7 +32,10 @@ fn two_seeds_agree_and_whitted_does_not() {
 
     let other = folder.run("compare whitted.exr a.exr --map map.png");
     assert_eq!(other.code, Some(4), "{other:#?}");
-    assert!(other.stdout.contains("they differ") && other.stdout.contains("biased by integrator whitted"), "{other:#?}");
+    assert!(
+        other.stdout.contains("they differ") && other.stdout.contains("biased by integrator whitted"),
+        "{other:#?}"
+    );
     let map = image::open(folder.path("map.png")).unwrap().to_rgb8();
     assert_eq!((map.width(), map.height()), (32, 32));
     // Without light between surfaces most of the box is darker: the cool arm has more blue than red.

@@ -176,7 +176,9 @@ fn bad_formulas_are_told_with_the_column() {
 #[test]
 fn the_table_is_readable() {
     let text = integrate(&Folder::new(), "5*pow(x,4)", "--over 0..1 --samples 4096").succeeded().stdout;
-    for word in ["Monte Carlo, independent", "midpoint", "Gauss-Legendre", "95 % confidence", "f32", "hint, not a bound"] {
+    for word in
+        ["Monte Carlo, independent", "midpoint", "Gauss-Legendre", "95 % confidence", "f32", "hint, not a bound"]
+    {
         assert!(text.contains(word), "{word}: {text}");
     }
 }

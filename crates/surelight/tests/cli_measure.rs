@@ -167,7 +167,8 @@ fn intervals_cover() {
     // half its proper width (coverage 0.43) fails with 63 %, one of a third (0.30) with 98 %.
     use procedural::quad_light::{LAMP_RADIANCE, lamp};
     let folder = asset("quad-light.glb");
-    let truth = f64::from(LAMP_RADIANCE[1]) * procedural::polygon_irradiance(DVec3::new(0.0, 0.0, 0.6), DVec3::Y, &lamp());
+    let truth =
+        f64::from(LAMP_RADIANCE[1]) * procedural::polygon_irradiance(DVec3::new(0.0, 0.0, 0.6), DVec3::Y, &lamp());
     let hits = (0..40)
         .filter(|seed| {
             let options = format!("--irradiance 0,0,0.6 --normal 0,1,0 --spp 1 --confidence 75% --seed {seed}");

@@ -12,7 +12,8 @@ const LONGEST: usize = 1024;
 const DEEPEST: usize = 64;
 
 /// Numbers that formulas may use by name.
-const CONSTANTS: &str = "const pi: f32 = 3.14159265358979;\nconst tau: f32 = 6.28318530717959;\nconst e: f32 = 2.71828182845905;\n";
+const CONSTANTS: &str =
+    "const pi: f32 = 3.14159265358979;\nconst tau: f32 = 6.28318530717959;\nconst e: f32 = 2.71828182845905;\n";
 
 /// Letters for the first dimensions, beside `x0`, `x1`, ….
 const LETTERS: [&str; 4] = ["x", "y", "z", "w"];
@@ -34,7 +35,9 @@ pub enum FormulaError {
     #[error("the formula is {0}")]
     Size(&'static str),
     /// Something that no expression contains.
-    #[error("the formula has '{found}' at column {column}: only one expression is wanted, without declarations, loops or comments")]
+    #[error(
+        "the formula has '{found}' at column {column}: only one expression is wanted, without declarations, loops or comments"
+    )]
     Forbidden {
         /// Counted from 1, in characters.
         column: usize,
@@ -190,7 +193,13 @@ fn only_expression(text: &str) -> Result<(), FormulaError> {
             }
             _ => {}
         }
-        operators = if matches!(c, '-' | '!' | '~' | '&' | '*') { operators + 1 } else if c == ' ' { operators } else { 0 };
+        operators = if matches!(c, '-' | '!' | '~' | '&' | '*') {
+            operators + 1
+        } else if c == ' ' {
+            operators
+        } else {
+            0
+        };
         if operators > DEEPEST {
             return Err(FormulaError::Size("a chain of more than 64 operators"));
         }

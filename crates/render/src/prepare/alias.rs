@@ -48,7 +48,9 @@ mod tests {
 
     #[test]
     fn gives_each_weight_its_share() {
-        for weights in [vec![1.0], vec![1.0, 0.0, 3.0], vec![1e-9, 1.0, 5.0, 0.0, 1e3, 2.0], (0..999).map(f64::from).collect()] {
+        for weights in
+            [vec![1.0], vec![1.0, 0.0, 3.0], vec![1e-9, 1.0, 5.0, 0.0, 1e3, 2.0], (0..999).map(f64::from).collect()]
+        {
             let total: f64 = weights.iter().sum();
             for (p, w) in probabilities(&alias_table(&weights)).iter().zip(&weights) {
                 assert!((p - w / total).abs() < 1e-7, "{p} against {}", w / total);

@@ -58,10 +58,12 @@ impl AttributeLayout {
                 record[self.light as usize] = light_weights[prim].to_bits();
             }
             // Triangles baked into the world need their directions taken there too.
-            let to_world = (source.instance != u32::MAX).then(|| scene.instances[source.instance as usize].to_world.matrix3);
+            let to_world =
+                (source.instance != u32::MAX).then(|| scene.instances[source.instance as usize].to_world.matrix3);
             let normal_matrix = to_world.map(|m| {
                 // Inverse transpose up to a positive factor: cofactors with the determinant's sign.
-                let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+                let cofactors =
+                    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
                 cofactors * m.determinant().signum()
             });
             for (k, &corner) in corners.iter().enumerate() {
@@ -78,7 +80,8 @@ impl AttributeLayout {
                 if features.tangents {
                     let tangent = mesh.tangents.as_ref().map_or(Vec4::new(1.0, 0.0, 0.0, 1.0), |t| t[corner]);
                     let direction = tangent.truncate();
-                    let direction = to_world.map_or(direction, |m| (m * direction.as_dvec3()).normalize_or_zero().as_vec3());
+                    let direction =
+                        to_world.map_or(direction, |m| (m * direction.as_dvec3()).normalize_or_zero().as_vec3());
                     // A mirroring transform turns the bitangent's side over with everything else.
                     let mirrored = to_world.is_some_and(|m| m.determinant() < 0.0);
                     let side = u32::from((tangent.w < 0.0) != mirrored);

@@ -142,7 +142,11 @@ impl Lights {
             .iter()
             .map(|t| {
                 let mesh = &scene.meshes[t.mesh as usize];
-                if emits(t.mesh) { triangle_weight(scene, mesh, &scene.materials[mesh.material], t.corners) } else { 0.0 }
+                if emits(t.mesh) {
+                    triangle_weight(scene, mesh, &scene.materials[mesh.material], t.corners)
+                } else {
+                    0.0
+                }
             })
             .collect();
         // Triangles that stand in the world, then those of meshes that are placed several times.
@@ -157,7 +161,10 @@ impl Lights {
                 continue;
             }
             for (prim, source) in accel.triangles.iter().enumerate() {
-                if source.mesh as usize == instance.mesh && source.instance == u32::MAX && self.triangle_weights[prim] > 0.0 {
+                if source.mesh as usize == instance.mesh
+                    && source.instance == u32::MAX
+                    && self.triangle_weights[prim] > 0.0
+                {
                     self.add_triangle(scene, accel, prim, record.scene_instance as usize, powers);
                 }
             }

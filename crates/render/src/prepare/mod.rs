@@ -21,12 +21,7 @@ use self::{
     materials::{PreparedMaterial, Slot, is_glossy},
     textures::Textures,
 };
-use crate::{
-    compose::Constant,
-    error::RenderError,
-    features::Features,
-    reflect::RecordLayout,
-};
+use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
 pub use self::materials::material_fields;
 pub(crate) use self::{
@@ -153,7 +148,13 @@ impl Prepared {
         let mut textures = Textures::default();
         let unused = surelight_scene::Material { unlit: true, ..Default::default() };
         let materials: Vec<_> = (0..scene.materials.len())
-            .map(|i| PreparedMaterial::new(scene, if used.contains(&i) { &scene.materials[i] } else { &unused }, &mut textures))
+            .map(|i| {
+                PreparedMaterial::new(
+                    scene,
+                    if used.contains(&i) { &scene.materials[i] } else { &unused },
+                    &mut textures,
+                )
+            })
             .collect();
 
         let mut view = View::new(camera, settings, accel.origin);

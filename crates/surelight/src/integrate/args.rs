@@ -97,7 +97,9 @@ fn number(text: &str) -> Result<f64, String> {
         .or_else(|| named("pi", std::f64::consts::PI))
         .or_else(|| named("tau", std::f64::consts::TAU))
         .or_else(|| named("e", std::f64::consts::E));
-    value.filter(|v| v.is_finite()).ok_or_else(|| format!("\"{text}\" is not a number; write 0.5, -3, 1e-2, pi or 2*pi"))
+    value
+        .filter(|v| v.is_finite())
+        .ok_or_else(|| format!("\"{text}\" is not a number; write 0.5, -3, 1e-2, pi or 2*pi"))
 }
 
 /// `--confidence 95%`: a share below 1.

@@ -86,10 +86,18 @@ pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
         escape(error)
     );
     for (at, decade) in x.ticks() {
-        let _ = writeln!(svg, r##"<path d="M{at:.1} {TOP}V{BOTTOM}" stroke="#ddd"/>{}"##, power(at, BOTTOM + 20.0, "middle", decade));
+        let _ = writeln!(
+            svg,
+            r##"<path d="M{at:.1} {TOP}V{BOTTOM}" stroke="#ddd"/>{}"##,
+            power(at, BOTTOM + 20.0, "middle", decade)
+        );
     }
     for (at, decade) in y.ticks() {
-        let _ = writeln!(svg, r##"<path d="M{LEFT} {at:.1}H{RIGHT}" stroke="#ddd"/>{}"##, power(LEFT - 8.0, at + 4.0, "end", decade));
+        let _ = writeln!(
+            svg,
+            r##"<path d="M{LEFT} {at:.1}H{RIGHT}" stroke="#ddd"/>{}"##,
+            power(LEFT - 8.0, at + 4.0, "end", decade)
+        );
     }
     let (middle_x, middle_y) = (0.5 * (LEFT + RIGHT), 0.5 * (TOP + BOTTOM));
     let _ = write!(
@@ -109,7 +117,8 @@ pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
             let _ = writeln!(svg, "{}", mark.draw(x, y));
         }
         let (at, from) = (TOP + 16.0 + 26.0 * i as f64, RIGHT + 20.0);
-        let _ = writeln!(svg, r#"<path d="M{from} {at}h30" stroke-dasharray="{dash}"/>{}</g>"#, mark.draw(from + 15.0, at));
+        let _ =
+            writeln!(svg, r#"<path d="M{from} {at}h30" stroke-dasharray="{dash}"/>{}</g>"#, mark.draw(from + 15.0, at));
         let empty = if points.is_empty() { " (no error seen)" } else { "" };
         let _ = writeln!(svg, r#"<text x="{}" y="{}">{}{empty}</text>"#, from + 38.0, at + 4.0, escape(s.name));
     }
@@ -132,7 +141,9 @@ impl Mark {
 
 /// A power of ten.
 fn power(x: f64, y: f64, anchor: &str, decade: i32) -> String {
-    format!(r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">10<tspan font-size="10" dy="-5">{decade}</tspan></text>"#)
+    format!(
+        r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">10<tspan font-size="10" dy="-5">{decade}</tspan></text>"#
+    )
 }
 
 fn shorten(title: &str) -> String {
@@ -162,7 +173,8 @@ mod tests {
 
     #[test]
     fn text_is_escaped_and_zero_errors_do_not_break_the_chart() {
-        let svg = draw("a < b && \"c\"", "error", &[Series { name: "exact", points: vec![(16.0, 0.0), (32.0, f64::NAN)] }]);
+        let svg =
+            draw("a < b && \"c\"", "error", &[Series { name: "exact", points: vec![(16.0, 0.0), (32.0, f64::NAN)] }]);
         assert!(svg.contains("a &lt; b &amp;&amp; &quot;c&quot;") && svg.contains("no error seen"));
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }

@@ -46,10 +46,18 @@ impl Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ranges: Vec<_> = self.over.iter().map(|[a, b]| format!("{a}..{b}")).collect();
         writeln!(f, "integral of {} over {}", self.formula, ranges.join(", "))?;
-        writeln!(f, "on {}, evaluated in f32 (errors below about 1e-7 of the value are not resolved), summed in f64", self.adapter)?;
+        writeln!(
+            f,
+            "on {}, evaluated in f32 (errors below about 1e-7 of the value are not resolved), summed in f64",
+            self.adapter
+        )?;
         writeln!(f)?;
         let exact = if self.exact.is_some() { "   true error" } else { "" };
-        writeln!(f, "{:<26}{:>16}  {:>14}{exact}  {:>12}  {:>9}", "method", "estimate", "error", "evaluations", "seconds")?;
+        writeln!(
+            f,
+            "{:<26}{:>16}  {:>14}{exact}  {:>12}  {:>9}",
+            "method", "estimate", "error", "evaluations", "seconds"
+        )?;
         for row in &self.methods {
             let Some(estimate) = row.estimate else {
                 writeln!(f, "{:<26}{:>16}  needs more evaluations than --samples allows", row.method, "none")?;
@@ -105,9 +113,14 @@ mod tests {
 
     #[test]
     fn digits_suffice_and_are_not_too_many() {
-        for (number, text) in
-            [(1.0, "1"), (95.0, "95"), (0.123_456_789_1, "0.12345679"), (-12.5, "-12.5"), (0.0, "0"), (1e-9, "1.0000000e-9")]
-        {
+        for (number, text) in [
+            (1.0, "1"),
+            (95.0, "95"),
+            (0.123_456_789_1, "0.12345679"),
+            (-12.5, "-12.5"),
+            (0.0, "0"),
+            (1e-9, "1.0000000e-9"),
+        ] {
             assert_eq!(Digits(number).to_string(), text);
         }
     }

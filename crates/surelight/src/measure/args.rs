@@ -107,14 +107,17 @@ impl MeasureArgs {
         let view = camera.is_some() || eye.is_some() || target.is_some() || fov.is_some();
         let view = view || aperture.is_some() || focus.is_some() || self.size.is_some();
         match self.region {
-            None if view => Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera"),
+            None if view => {
+                Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")
+            }
             _ => self.method.conflict(),
         }
     }
 }
 
 fn region(text: &str) -> Result<[u32; 4], String> {
-    let numbers: Vec<u32> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>().unwrap_or_default();
+    let numbers: Vec<u32> =
+        text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>().unwrap_or_default();
     match <[u32; 4]>::try_from(numbers) {
         Ok([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok([x0, y0, x1, y1]),
         Ok(_) => Err("the region is empty: X1 and Y1 must be above X0 and Y0".into()),

@@ -59,7 +59,11 @@ impl Display for Report {
         let lux = self.unit == "lx";
         let [r, g, b] = self.rgb;
         writeln!(f, "{} {}", self.quantity, self.place)?;
-        writeln!(f, "  R {r}  G {g}  B {b}  (in the file's units: {} a channel)", if lux { "lx or W/m²" } else { "nit or W/(m² sr)" })?;
+        writeln!(
+            f,
+            "  R {r}  G {g}  B {b}  (in the file's units: {} a channel)",
+            if lux { "lx or W/m²" } else { "nit or W/(m² sr)" }
+        )?;
         let name = if lux { "illuminance" } else { "luminance" };
         write!(f, "{name}  {} {}", self.luminance, self.unit)?;
         if let Some(half) = self.luminance.half_width {

@@ -52,8 +52,11 @@ impl Tally {
         std::array::from_fn(|q| {
             let count = self.groups.len() as f64;
             let mean = self.groups.iter().map(|g| g[q].mean()).sum::<f64>() / count;
-            let terms: Vec<(f64, f64)> =
-                self.groups.iter().map(|g| (g[q].variance_of_mean() / (count * count), g[q].count() as f64 - 1.0)).collect();
+            let terms: Vec<(f64, f64)> = self
+                .groups
+                .iter()
+                .map(|g| (g[q].variance_of_mean() / (count * count), g[q].count() as f64 - 1.0))
+                .collect();
             let variance = terms.iter().map(|t| t.0).sum::<f64>();
             let dof = if variance > 0.0 { satterthwaite(&terms) } else { terms.iter().map(|t| t.1).sum() };
             Estimate { mean: mean * factor, variance: variance * factor * factor, dof }

@@ -40,7 +40,9 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
         settings.receiver = true;
         let (camera, lift) = receiver(scene, point.into(), normal.into())?;
         if lift > 0.0 {
-            notes.push(format!("the receiver stands {lift:.1e} m off the point, so that a surface through it cannot hide it"));
+            notes.push(format!(
+                "the receiver stands {lift:.1e} m off the point, so that a surface through it cannot hide it"
+            ));
         }
         (camera, std::f64::consts::PI, true, 1)
     } else {
