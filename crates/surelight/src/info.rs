@@ -15,6 +15,21 @@ use crate::{camera, console, light};
 
 use contents::Contents;
 
+/// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
+const CHOSEN: [&str; 11] = [
+    "items_image",
+    "lens",
+    "receiver",
+    "clamp_radiance",
+    "hemisphere",
+    "area",
+    "whitted",
+    "directions_uniform",
+    "directions_cosine",
+    "sampler_independent",
+    "sampler_stratified",
+];
+
 /// A scene laid open; its fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Info {
@@ -73,8 +88,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
         .features
         .list()
         .into_iter()
-        // How the BVH is stored depends on the device, not on the scene.
-        .filter(|&(name, ..)| name != "items_image")
+        .filter(|(name, included, _)| *included || !CHOSEN.contains(name))
         .map(|(name, included, meaning)| {
             let because = if included { reasons::find(name, &scene) } else { None };
             Part { name, included, meaning: meaning.trim(), because }
