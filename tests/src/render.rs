@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use surelight_estimate::{Estimate, sidak_level, z_test};
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Checks, Device, Prepared, Renderer, Settings};
+use surelight_render::{AdapterChoice, Device, Prepared, Renderer, Settings};
 use surelight_scene::Scene;
 
 /// Level of every statistical test.
@@ -25,14 +25,9 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Prepared {
     Prepared::new(scene, &scene.cameras[0], settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name))
 }
 
-/// A film with `batches` batches of `samples` samples.
+/// A film with `batches` batches of `samples` samples. Samples lost or cut short are failures.
 pub fn trace(prepared: &Prepared, size: [u32; 2], batches: u32, samples: u32) -> Film {
-    trace_with(prepared, Checks::default(), size, batches, samples)
-}
-
-/// Likewise, choosing whether the kernel's accesses are checked. Samples lost or cut short are failures.
-pub fn trace_with(prepared: &Prepared, checks: Checks, size: [u32; 2], batches: u32, samples: u32) -> Film {
-    let mut renderer = Renderer::with_checks(device(), prepared, checks).unwrap_or_else(|e| panic!("{e}"));
+    let mut renderer = Renderer::new(device(), prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut film = Film::new(size[0], size[1]);
     let mut first = 0;
     while first < batches {
