@@ -26,16 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     write_png(Path::new("minimal.png"), &film, &Display::default())?;
     write_exr(Path::new("minimal.exr"), &film, &Metadata::default())?;
-    let c = renderer.counts;
-    println!("{} paths, {:.2} Mpaths/s on {}", c.paths, c.paths as f64 / c.trace_seconds / 1e6, device.info.name);
-    println!(
-        "compile {:.3} s, trace {:.3} s, {} dispatches, {:.1} Mrays/s, dropped {}, truncated {}",
-        renderer.compile_seconds,
-        c.trace_seconds,
-        c.dispatches,
-        c.rays as f64 / c.trace_seconds / 1e6,
-        c.dropped,
-        c.truncated
-    );
+    let counts = renderer.counts;
+    println!("{} paths in {:.1} s on {}", counts.paths, counts.trace_seconds, device.info.name);
     Ok(())
 }
