@@ -13,7 +13,8 @@ pub(crate) fn exr(map: &EnvironmentMap) -> Result<Vec<u8>, String> {
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::FAST_LOSSLESS };
     let layer = Layer::new((width, height), LayerAttributes::default(), encoding, channels);
     let mut bytes = std::io::Cursor::new(Vec::new());
-    Image::from_layer(layer).write().to_buffered(&mut bytes).map_err(|e| format!("sky.exr: {e}"))?;
+    // One thread: several write their blocks as they finish, in another order each time.
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).map_err(|e| format!("sky.exr: {e}"))?;
     Ok(bytes.into_inner())
 }
 
