@@ -62,26 +62,33 @@ impl Local {
         out
     }
 
+    /// Distance to a triangle's plane, in lengths of the direction; no number where they are parallel.
+    fn plane_distance(&self, [a, b, c]: [Vec3; 3]) -> f32 {
+        let normal = (b - a).cross(c - a);
+        normal.dot(a - self.origin) / normal.dot(self.direction)
+    }
+
     /// Nearest hit of a pair: distance, weights of the second and third corner, and which triangle.
     fn hit(&self, item: &Item, t_min: f32, t_max: f32) -> Option<(f32, f32, f32, usize)> {
-        let [p0, p1, p2, p3] = [0, 3, 6, 9].map(|w| {
-            let a = item.vec3(w) - self.origin;
+        let [v0, v1, v2, v3] = [0, 3, 6, 9].map(|w| item.vec3(w));
+        let [p0, p1, p2, p3] = [v0, v1, v2, v3].map(|v| {
+            let a = v - self.origin;
             Vec3::new(a.dot(self.x), a.dot(self.y), a.dot(self.z))
         });
         let edge = |p: Vec3, q: Vec3| p.x * q.y - q.x * p.y;
         let common = edge(p1, p2);
         let mut best: Option<(f32, f32, f32, usize)> = None;
         let triangles = [
-            ([p0, p1, p2], [common, edge(p2, p0), edge(p0, p1)]),
-            ([p3, p2, p1], [-common, edge(p1, p3), edge(p3, p2)]),
+            ([v0, v1, v2], [common, edge(p2, p0), edge(p0, p1)]),
+            ([v3, v2, v1], [-common, edge(p1, p3), edge(p3, p2)]),
         ];
-        for (k, (p, [a, b, c])) in triangles.into_iter().enumerate() {
+        for (k, (corners, [a, b, c])) in triangles.into_iter().enumerate() {
             let sum = a + b + c;
             let inside = a.min(b).min(c) >= 0.0 || a.max(b).max(c) <= 0.0;
             if inside && sum != 0.0 {
                 let inverse = 1.0 / sum;
-                let (b0, b1, b2) = (a * inverse, b * inverse, c * inverse);
-                let t = b0 * p[0].z + b1 * p[1].z + b2 * p[2].z;
+                let (b1, b2) = (b * inverse, c * inverse);
+                let t = self.plane_distance(corners);
                 if t > t_min && t < best.map_or(t_max, |h| h.0) {
                     best = Some((t, b1, b2, k));
                 }

@@ -68,7 +68,7 @@ pub struct Renderer<'a> {
     /// Seconds spent composing, compiling and uploading.
     pub compile_seconds: f64,
     kernel: Kernel,
-    feature_kernel: Option<Kernel>,
+    feature_kernel: Kernel,
     pass_buffer: wgpu::Buffer,
     control: wgpu::Buffer,
     control_readback: wgpu::Buffer,
@@ -141,7 +141,7 @@ impl<'a> Renderer<'a> {
             resources.insert(name, Resource::Buffer(buffer.clone()));
         }
         let kernel = Kernel::new(device, &shader, "trace_paths", checks, &resources)?;
-        let feature_kernel = Some(Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?);
+        let feature_kernel = Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?;
         let mut renderer = Self {
             device,
             features,
@@ -262,10 +262,11 @@ impl<'a> Renderer<'a> {
 
     /// One dispatch; afterwards every workgroup must have reported.
     fn dispatch(&self, pass: &Pass) -> Result<Control, RenderError> {
-        self.run(pass, &self.kernel, pass.lanes / GROUP)
+        self.run(pass, &self.kernel)
     }
 
-    fn run(&self, pass: &Pass, kernel: &Kernel, workgroups: u32) -> Result<Control, RenderError> {
+    fn run(&self, pass: &Pass, kernel: &Kernel) -> Result<Control, RenderError> {
+        let workgroups = pass.lanes / GROUP;
         let device = self.device;
         let size = size_of::<Control>() as u64;
         device.scoped("a dispatch", || {
@@ -304,14 +305,13 @@ impl<'a> Renderer<'a> {
     }
 
     /// Albedo, normal and depth of first hits.
-    pub fn trace_features(&mut self, film: &mut Film) -> Result<(), RenderError> {
-        let Some(kernel) = self.feature_kernel.take() else { return Ok(()) };
+    pub fn trace_features(&self, film: &mut Film) -> Result<(), RenderError> {
         let count = self.width as usize * self.height as usize;
         let mut all =
             FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
         for tile in self.tiles.clone() {
             let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
-            self.run(&pass, &kernel, pass.lanes / GROUP)?;
+            self.run(&pass, &self.feature_kernel)?;
             let records: Vec<FeaturePixel> =
                 self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
             for (pixel, r) in tile.pixels(pass.lanes, self.width).into_iter().zip(records) {
