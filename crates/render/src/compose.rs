@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
-use crate::{error::RenderError, features::Features};
+use crate::{error::RenderError, features::Features, images::arrays_to_images};
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
@@ -57,13 +57,22 @@ pub(crate) fn compose_with(
     };
     let compiled = wesl::compile_sourcemap(&module_path(root)?, &resolver, &NoMangler, &options)
         .map_err(|e| RenderError::Shader { root: root.into(), message: e.to_string() })?;
-    validate(root, compiled.to_string())
+    let wgsl = compiled.to_string();
+    if !features.items_image {
+        return validate(root, wgsl);
+    }
+    let module = parse(root, &wgsl)?;
+    validate(root, arrays_to_images(&wgsl, &module))
+}
+
+fn parse(root: &str, wgsl: &str) -> Result<naga::Module, RenderError> {
+    naga::front::wgsl::parse_str(wgsl)
+        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(wgsl) })
 }
 
 /// Parses and validates plain WGSL.
 fn validate(root: &str, wgsl: String) -> Result<Composed, RenderError> {
-    let module = naga::front::wgsl::parse_str(&wgsl)
-        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(&wgsl) })?;
+    let module = parse(root, &wgsl)?;
     let capabilities = naga::valid::Capabilities::default();
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
         .validate(&module)

@@ -30,7 +30,7 @@ macro_rules! features {
 }
 
 features! {
-    /// BVH items are read from a storage image instead of a buffer (twice as fast on CPU drivers).
+    /// The scene is read from storage images instead of buffers (faster on CPU drivers); see `images`.
     items_image,
     /// Two-level BVH: some mesh is placed more than once.
     instances,

@@ -7,6 +7,7 @@ mod compose;
 mod device;
 mod error;
 mod features;
+mod images;
 mod integrate;
 mod kernel;
 mod pass;

@@ -33,7 +33,7 @@ pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
 ) -> Result<Vec<R>, RenderError> {
     use wgpu::BufferUsages as U;
     let mut features = prepared.features;
-    features.items_image = device.info.is_cpu;
+    features.items_image = device.reads_images();
     let shader = compose(root, &features, &prepared.constants())?;
     let mut up = Uploader::new(device);
     let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;

@@ -105,7 +105,7 @@ impl<'a> Renderer<'a> {
     fn build(device: &'a Device, prepared: &Prepared, checks: Checks, wanted: u32) -> Result<Self, RenderError> {
         let started = Instant::now();
         let mut features = prepared.features;
-        features.items_image = device.info.is_cpu;
+        features.items_image = device.reads_images();
         let shader = compose(PATH_KERNEL, &features, &prepared.constants())?;
         let feature_shader = compose(FEATURE_KERNEL, &features, &prepared.constants())?;
 
@@ -338,19 +338,19 @@ pub(crate) fn scene_resources(
     let mut resources = Resources::new();
     let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
     resources.insert("view", Resource::Buffer(view));
-    let items = if features.items_image {
-        Resource::Image(up.image("the BVH", &prepared.accel.items)?)
-    } else {
-        Resource::Buffer(up.buffer("the BVH", &prepared.accel.items, U::STORAGE)?)
-    };
-    resources.insert("items", items);
     let mut storage = |name: &'static str, what: &str, wanted: bool, bytes: &[u8]| -> Result<(), RenderError> {
         if wanted {
-            resources.insert(name, Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?));
+            let resource = if features.items_image {
+                Resource::Image(up.image(what, bytes)?)
+            } else {
+                Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?)
+            };
+            resources.insert(name, resource);
         }
         Ok(())
     };
     let cast = bytemuck::cast_slice::<_, u8>;
+    storage("items", "the BVH", true, bytemuck::cast_slice(&prepared.accel.items))?;
     storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
     let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
     storage("materials", "materials", true, &materials)?;
@@ -366,15 +366,7 @@ pub(crate) fn scene_resources(
         storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;
         storage("environment_alias", "the environment's alias table", true, cast(&alias))?;
     }
-    if features.textures {
-        let texels = &prepared.textures.texels;
-        let resource = if features.items_image {
-            Resource::Image(up.image("textures", texels)?)
-        } else {
-            Resource::Buffer(up.buffer("textures", texels, U::STORAGE)?)
-        };
-        resources.insert("texels", resource);
-    }
+    storage("texels", "textures", features.textures, bytemuck::cast_slice(&prepared.textures.texels))?;
     Ok(resources)
 }
 

@@ -3,10 +3,7 @@
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 
-use crate::{device::Device, error::RenderError};
-
-/// Texels in a row of an image that stands in for a buffer; 16 bytes each.
-const IMAGE_WIDTH: u32 = 4096;
+use crate::{device::Device, error::RenderError, images::IMAGE_WIDTH};
 
 const MIB: u64 = 1 << 20;
 
