@@ -82,8 +82,8 @@ impl ExrImage {
     }
 }
 
-/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, and
-/// `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
+/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,
+/// `Tail.K` ([`crate::Certificate`]), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
 /// Alpha is 1: the environment is part of the picture. The variance layers are left out where no
@@ -142,6 +142,9 @@ fn planes(film: &Film) -> Vec<(&'static str, Vec<f32>)> {
         push(["N.X", "N.Y", "N.Z"], &features.normal);
         planes.push(("Depth.Z", features.depth.clone()));
     }
+    let certificate = film.certify();
+    planes.push(("Certified.V", certificate.certified.iter().map(|&c| f32::from(u8::from(c))).collect()));
+    planes.push(("Tail.K", certificate.tail));
     planes.push(("Samples.N", pixels.iter().map(|p| p.samples() as f32).collect()));
     planes
 }
@@ -241,13 +244,13 @@ fn cause_of(error: ::exr::error::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Features;
+    use crate::{BatchSum, Features};
 
     fn film() -> Film {
         let mut film = Film::new(3, 2);
         let lanes: Vec<u32> = (0..6).collect();
         for batch in 0..4 {
-            let sums: Vec<_> = (0..6).map(|i| [(i * 8) as f32, 8.0 * batch as f32, 0.8, 0.0]).collect();
+            let sums: Vec<_> = (0..6).map(|i| BatchSum::constant(8, [i as f32, batch as f32, 0.1])).collect();
             film.add_batch(8, &lanes, &sums).unwrap();
         }
         film.set_features(Features {
@@ -284,6 +287,7 @@ mod tests {
                 "Albedo.G",
                 "Albedo.R",
                 "B",
+                "Certified.V",
                 "Depth.Z",
                 "G",
                 "N.X",
@@ -291,6 +295,7 @@ mod tests {
                 "N.Z",
                 "R",
                 "Samples.N",
+                "Tail.K",
                 "Variance.B",
                 "Variance.G",
                 "Variance.R"
@@ -308,6 +313,8 @@ mod tests {
         assert!((variance[1][2] - 5.0 / 12.0).abs() < 1e-7);
         assert_eq!(image.channels["Samples.N"], [32.0; 6]);
         assert_eq!(image.channels["Depth.Z"], film.features().unwrap().depth);
+        assert_eq!(image.channels["Certified.V"], [0.0; 6]); // four batches are too few
+        assert_eq!(image.channels["Tail.K"], film.certify().tail);
         assert_eq!(image.channels["A"], [1.0; 6]);
         assert_eq!(image.surelight_metadata(), Some(metadata()));
     }
@@ -323,10 +330,10 @@ mod tests {
     #[test]
     fn unknown_variance_is_not_zero() {
         let mut film = Film::new(2, 1);
-        film.add_batch(4, &[0, 1], &[[1.0; 4]; 2]).unwrap();
+        film.add_batch(4, &[0, 1], &[BatchSum::constant(4, [0.25; 3]); 2]).unwrap();
         let one = decode(&encode_exr(&film, &metadata()).unwrap()).unwrap();
         assert!(one.rgb("Variance").is_none());
-        film.add_batch(4, &[0], &[[1.0; 4]]).unwrap();
+        film.add_batch(4, &[0], &[BatchSum::constant(4, [0.25; 3])]).unwrap();
         let two = decode(&encode_exr(&film, &metadata()).unwrap()).unwrap();
         assert_eq!(two.rgb("Variance").unwrap()[0], [0.0, f32::INFINITY]);
     }

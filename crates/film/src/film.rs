@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::{FilmError, PixelMoments};
+use crate::{BatchSum, FilmError, PixelMoments};
 
 /// What the first hit of each pixel shows, for denoisers and compositing. One entry a pixel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Film {
 const NONE: u32 = u32::MAX;
 
 impl Film {
-    /// An empty film. A pixel takes 164 bytes.
+    /// An empty film. A pixel takes 188 bytes.
     pub fn new(width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
         Self {
@@ -56,13 +56,13 @@ impl Film {
 
     /// Adds one batch: an independent estimate of some pixels, of `samples` samples each.
     ///
-    /// `pixel_of_lane` names the pixel of each lane (`u32::MAX`: none), and `sums` holds the lane's
-    /// sum of radiance over its samples; the fourth component is ignored. Each pixel may appear once.
+    /// `pixel_of_lane` names the pixel of each lane (`u32::MAX`: none), and `sums` holds what
+    /// the lane's samples add up to. Each pixel may appear once.
     /// Returns the number of lanes refused because a sum was not finite; they count in [`Self::refused`].
     ///
     /// # Errors
     /// Where the batch does not fit the film. The film is then unchanged.
-    pub fn add_batch(&mut self, samples: u32, pixel_of_lane: &[u32], sums: &[[f32; 4]]) -> Result<u64, FilmError> {
+    pub fn add_batch(&mut self, samples: u32, pixel_of_lane: &[u32], sums: &[BatchSum]) -> Result<u64, FilmError> {
         if samples == 0 {
             return Err(FilmError::NoSamples);
         }
@@ -92,8 +92,7 @@ impl Film {
                 if lane == NONE {
                     return 0;
                 }
-                let [r, g, b, _] = sums[lane as usize];
-                u64::from(!moments.add_batch(samples, [r, g, b]))
+                u64::from(!moments.add_batch(samples, &sums[lane as usize]))
             })
             .sum();
         self.refused += refused;
@@ -175,7 +174,7 @@ mod tests {
     #[test]
     fn lanes_reach_their_pixels() {
         let mut film = Film::new(2, 2);
-        let sums: Vec<_> = (0..5).map(|i| [i as f32 * 4.0, 1.0, 2.0, f32::NAN]).collect();
+        let sums: Vec<_> = (0..5).map(|i| BatchSum::constant(4, [i as f32, 1.0, 2.0])).collect();
         assert_eq!(film.add_batch(4, &[3, u32::MAX, 0, 1, 2], &sums), Ok(0));
         let red: Vec<_> = (0..4).map(|i| film.mean(i)[0]).collect();
         assert_eq!(red, [2.0, 3.0, 4.0, 0.0]);
@@ -185,7 +184,7 @@ mod tests {
     #[test]
     fn bad_batches_leave_the_film_as_it_was() {
         let mut film = Film::new(2, 1);
-        let sum = [1.0; 4];
+        let sum = BatchSum::constant(1, [1.0; 3]);
         assert_eq!(film.add_batch(0, &[], &[]), Err(FilmError::NoSamples));
         assert_eq!(film.add_batch(1, &[0], &[]), Err(FilmError::LaneCount { lanes: 1, sums: 0 }));
         assert_eq!(film.add_batch(1, &[1, 1], &[sum; 2]), Err(FilmError::PixelTwice { pixel: 1 }));
@@ -199,7 +198,7 @@ mod tests {
     #[test]
     fn a_bad_lane_is_counted_and_its_neighbour_unharmed() {
         let mut film = Film::new(2, 1);
-        assert_eq!(film.add_batch(1, &[0, 1], &[[f32::NAN; 4], [1.0; 4]]), Ok(1));
+        assert_eq!(film.add_batch(1, &[0, 1], &[f32::NAN, 1.0].map(|c| BatchSum::constant(1, [c; 3]))), Ok(1));
         assert_eq!(film.refused(), 1);
         assert_eq!((film.samples(0), film.samples(1)), (0, 1));
         assert_eq!(film.mean(1), [1.0; 3]);
@@ -218,7 +217,7 @@ mod tests {
         let mut film = Film::new(2, 1);
         assert!(film.merge(&Film::new(1, 2)).is_err());
         let mut other = Film::new(2, 1);
-        other.add_batch(2, &[0], &[[4.0; 4]]).unwrap();
+        other.add_batch(2, &[0], &[BatchSum::constant(2, [2.0; 3])]).unwrap();
         film.merge(&other).unwrap();
         assert_eq!(film.mean(0), [2.0; 3]);
     }

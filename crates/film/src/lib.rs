@@ -12,12 +12,12 @@
 //! Radiance is linear Rec. 709 (W·sr⁻¹·m⁻² or nit, as the scene's emitters are given).
 //!
 //! ```
-//! use surelight_film::Film;
+//! use surelight_film::{BatchSum, Film};
 //!
-//! // Two pixels, four batches of two samples each; a lane's sum is red, green, blue and one number that is ignored.
+//! // Two pixels, four batches of two samples each.
 //! let mut film = Film::new(2, 1);
 //! for batch in [1.0, 2.0, 3.0, 4.0] {
-//!     film.add_batch(2, &[0, 1], &[[2.0 * batch; 4], [2.0; 4]])?;
+//!     film.add_batch(2, &[0, 1], &[BatchSum::constant(2, [batch; 3]), BatchSum::constant(2, [1.0; 3])])?;
 //! }
 //! assert_eq!(film.mean(0), [2.5; 3]);
 //! // Batch means 1, 2, 3, 4 have the variance 5/3, and their mean a quarter of it.
@@ -28,6 +28,7 @@
 //! ```
 
 mod atomic;
+mod batch;
 pub mod compare;
 mod error;
 mod exr;
@@ -36,9 +37,11 @@ mod metadata;
 mod moments;
 mod png;
 mod stats;
+mod tail;
 mod tonemap;
 
 pub use atomic::write_file;
+pub use batch::BatchSum;
 pub use error::{FilmError, ReadError, WriteError};
 pub use exr::{ExrImage, encode_exr, read_exr, write_exr};
 pub use film::{Features, Film};
@@ -46,4 +49,6 @@ pub use metadata::Metadata;
 pub use moments::{DoubleDouble, PixelMoments};
 pub use png::{Display, encode_png, write_png, write_rgb8_png};
 pub use stats::ErrorSummary;
+pub(crate) use stats::luminance;
+pub use tail::{Certificate, HEAVY};
 pub use tonemap::{ToneMap, linear_to_srgb, to_u8};

@@ -14,6 +14,8 @@
 //! The subtraction cancels: at a relative spread of 1e-8 an f64 sum of squares has nothing left.
 //! Sums are therefore double-double (about 106 bits), where batch sums, being f32, square exactly.
 
+use crate::BatchSum;
+
 /// An unevaluated sum `hi + lo` of two doubles with `|lo| ≤ ulp(hi)/2`.
 ///
 /// Algorithms: Dekker, "A floating-point technique for extending the available precision",
@@ -116,15 +118,18 @@ pub struct PixelMoments {
     sum: [DoubleDouble; 3],
     weighted_sum: [DoubleDouble; 3],
     square_sum: [DoubleDouble; 3],
+    largest: f32,
+    squares: f64,
 }
 
 impl PixelMoments {
-    /// Adds a batch of `samples` samples whose sums are `sums`.
+    /// Adds a batch of `samples` samples.
     ///
     /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not
     /// poison the pixel for good. The caller counts it.
     #[must_use]
-    pub fn add_batch(&mut self, samples: u32, sums: [f32; 3]) -> bool {
+    pub fn add_batch(&mut self, samples: u32, batch: &BatchSum) -> bool {
+        let sums = batch.sum;
         if !sums.iter().all(|sum| sum.is_finite()) {
             return false;
         }
@@ -138,6 +143,9 @@ impl PixelMoments {
             self.weighted_sum[channel].add_f64(n * s);
             self.square_sum[channel].add_f64(s * s);
         }
+        self.largest = self.largest.max(batch.largest());
+        // 8 significant bits each: exact, in any order, unless batches differ by 2⁴⁰.
+        self.squares += f64::from(batch.squares());
         true
     }
 
@@ -150,11 +158,23 @@ impl PixelMoments {
             self.weighted_sum[channel].add(other.weighted_sum[channel]);
             self.square_sum[channel].add(other.square_sum[channel]);
         }
+        self.largest = self.largest.max(other.largest);
+        self.squares += other.squares;
     }
 
     /// Samples so far, N.
     pub fn samples(&self) -> u64 {
         self.samples
+    }
+
+    /// Largest luminance of a sample.
+    pub fn largest(&self) -> f64 {
+        self.largest.into()
+    }
+
+    /// Sum of squared luminances of the samples.
+    pub fn squares(&self) -> f64 {
+        self.squares
     }
 
     /// Mean radiance per channel; zero before the first batch.
@@ -222,7 +242,7 @@ mod tests {
     fn film_of(batches: &[(u32, [f32; 3])]) -> PixelMoments {
         let mut moments = PixelMoments::default();
         for &(n, sums) in batches {
-            assert!(moments.add_batch(n, sums));
+            assert!(moments.add_batch(n, &BatchSum::new(sums, 0.0, 0.0)));
         }
         moments
     }
@@ -316,8 +336,8 @@ mod tests {
     fn a_bad_batch_is_refused_whole() {
         let mut moments = film_of(&[(4, [1.0; 3])]);
         let before = moments;
-        assert!(!moments.add_batch(4, [1.0, f32::NAN, 1.0]));
-        assert!(!moments.add_batch(4, [1.0, 1.0, f32::INFINITY]));
+        assert!(!moments.add_batch(4, &BatchSum::new([1.0, f32::NAN, 1.0], 1.0, 4.0)));
+        assert!(!moments.add_batch(4, &BatchSum::new([1.0, 1.0, f32::INFINITY], 1.0, 4.0)));
         assert_eq!(moments, before);
     }
 

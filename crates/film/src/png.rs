@@ -66,13 +66,14 @@ fn encode(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<Vec<u8>, String
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::BatchSum;
 
     #[test]
     fn a_picture_comes_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
         let mut film = Film::new(2, 1);
-        film.add_batch(2, &[0, 1], &[[0.428_082_3, 0.0, 9.0, 0.0], [0.0; 4]]).unwrap();
+        film.add_batch(2, &[0, 1], &[[0.214_041_14, 0.0, 4.5], [0.0; 3]].map(|c| BatchSum::constant(2, c))).unwrap();
         let plain = Display { exposure_ev: 0.0, tonemap: ToneMap::None };
         write_png(&path, &film, &plain).unwrap();
         let image = image::open(&path).unwrap().into_rgb8();

@@ -7,6 +7,11 @@ use crate::Film;
 /// Weights of Rec. 709 luminance.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
+/// Rec. 709 luminance of linear RGB.
+pub(crate) fn luminance(rgb: [f64; 3]) -> f64 {
+    rgb.iter().zip(LUMINANCE).map(|(x, w)| x * w).sum()
+}
+
 /// Relative standard errors of the pixels of a film, in luminance.
 ///
 /// The channels of a pixel come from the same paths, so their errors are not independent and
@@ -30,9 +35,8 @@ impl Film {
             .pixels()
             .par_iter()
             .filter_map(|pixel| {
-                let weigh = |v: [f64; 3]| v.iter().zip(LUMINANCE).map(|(x, w)| x * w).sum::<f64>();
-                let error = weigh(pixel.variance_of_mean()?.map(f64::sqrt));
-                let mean = weigh(pixel.mean());
+                let error = luminance(pixel.variance_of_mean()?.map(f64::sqrt));
+                let mean = luminance(pixel.mean());
                 (mean > 0.0).then(|| error / mean)
             })
             .collect();
@@ -51,6 +55,7 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::BatchSum;
 
     #[test]
     fn summary_of_known_errors() {
@@ -58,7 +63,7 @@ mod tests {
         assert_eq!(film.error_summary(), None);
         // Grey pixels with batch means 1 ± a: variance of the mean of two is a².
         for sign in [1.0, -1.0] {
-            let sums = [[1.0 + sign * 0.25; 4], [1.0 + sign * 0.5; 4], [0.0; 4]];
+            let sums = [1.0 + sign * 0.25, 1.0 + sign * 0.5, 0.0].map(|grey| BatchSum::constant(1, [grey; 3]));
             film.add_batch(1, &[0, 1, 2], &sums).unwrap();
         }
         let summary = film.error_summary().unwrap();

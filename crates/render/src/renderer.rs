@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use surelight_film::{Features as FilmFeatures, Film};
+use surelight_film::{BatchSum, Features as FilmFeatures, Film};
 
 use crate::{
     compose::{Composed, compose},
@@ -221,7 +221,7 @@ impl<'a> Renderer<'a> {
             let lanes = tile.lanes(self.threads);
             let pixels = tile.pixels(lanes, self.width);
             for batch in sums.chunks_exact(lanes as usize) {
-                if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && s[3] != samples as f32) {
+                if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
                 film.add_batch(samples, &pixels, batch)
@@ -233,6 +233,7 @@ impl<'a> Renderer<'a> {
 
     /// Dispatches until every lane of the tile has its samples.
     fn trace_tile(&mut self, pass: &Pass, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
+        self.clear_sums(pass)?;
         let mut restart = 1;
         loop {
             let started = Instant::now();
@@ -285,8 +286,18 @@ impl<'a> Renderer<'a> {
         Ok(report)
     }
 
+    /// Wipes what an earlier tile left, so that a batch that is not written shows.
+    fn clear_sums(&self, pass: &Pass) -> Result<(), RenderError> {
+        let device = self.device;
+        device.scoped("clearing batch sums", || {
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.clear_buffer(&self.sums, 0, Some(u64::from(pass.batches) * u64::from(pass.lanes) * 16));
+            device.queue.submit([encoder.finish()]);
+        })
+    }
+
     /// The tile's sums, batch after batch, lane after lane.
-    fn read_sums(&self, pass: &Pass) -> Result<Vec<[f32; 4]>, RenderError> {
+    fn read_sums(&self, pass: &Pass) -> Result<Vec<BatchSum>, RenderError> {
         self.read(&self.sums, u64::from(pass.batches) * u64::from(pass.lanes) * 16)
     }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use bytemuck::Zeroable;
+use surelight_film::BatchSum;
 
 use crate::{
     pass::{Control, FeaturePixel, Pass},
@@ -54,6 +55,7 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
             layout!(Pass { corner, size, first_batch, batches, samples, budget, lanes, threads, restart, unused }),
         ),
         ("Control", layout!(Control { workgroups, unfinished, rays, paths, dropped, truncated })),
+        ("BatchSum", layout!(BatchSum { sum, tail })),
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),
         ("LightEntry", layout!(LightEntry { threshold, alias_entry, probability, light })),
         ("AreaLight", layout!(AreaLight { v0, prim, e1, material, e2, weight })),

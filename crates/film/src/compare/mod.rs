@@ -231,7 +231,7 @@ pub(crate) mod testing {
 mod tests {
     use super::testing::{Planes, render};
     use super::*;
-    use crate::{Film, Metadata};
+    use crate::{BatchSum, Film, Metadata};
 
     #[test]
     fn files_of_one_scene_agree_and_a_brighter_one_does_not() {
@@ -241,8 +241,9 @@ mod tests {
             let mut film = Film::new(32, 32);
             let lanes: Vec<u32> = (0..1024).collect();
             for _ in 0..16 {
-                let sums: Vec<_> =
-                    (0..1024).map(|_| [(); 4].map(|()| (8.0 * gain * (1.0 + 0.2 * normal())) as f32)).collect();
+                let sums: Vec<_> = (0..1024)
+                    .map(|_| BatchSum::constant(8, [(); 3].map(|()| (gain * (1.0 + 0.2 * normal())) as f32)))
+                    .collect();
                 film.add_batch(8, &lanes, &sums).unwrap();
             }
             let path = folder.path().join(name);

@@ -93,11 +93,12 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surelight_film::BatchSum;
 
     fn film(values: &[f32]) -> Film {
         let mut film = Film::new(values.len() as u32, 1);
         let lanes: Vec<u32> = (0..values.len() as u32).collect();
-        let sums: Vec<[f32; 4]> = values.iter().map(|&v| [v, 2.0 * v, 0.0, 1.0]).collect();
+        let sums: Vec<_> = values.iter().map(|&v| BatchSum::constant(1, [v, 2.0 * v, 0.0])).collect();
         film.add_batch(1, &lanes, &sums).unwrap();
         film
     }

@@ -1,0 +1,140 @@
+//! Which pixels' error bars can be believed.
+//!
+//! A t interval holds when no single sample matters much. Where light arrives by rare, bright samples (a caustic met by chance)
+//! the pixel either has seen one, and it dominates, or has not, and knows nothing of them: its small variance is then a lie.
+//!
+//! The *tail* of a pixel is the share of its squared deviations that its largest sample alone makes,
+//! (M − m)² / Σ (x − m)²: the ratio of maximum to sum (Embrechts, Klüppelberg, Mikosch, *Modelling Extremal Events*, 1997, section 6.2.6), in
+//! luminance. It goes to zero with the number of samples exactly when the variance exists; it is 1/k for k equal
+//! rare events, and 1 for a single one. Where a pixel's tail is heavy, its neighbours are asked as well: what the largest sample
+//! seen there would make of *their* squared deviations. So a pixel that has been spared so far is not believed either.
+//!
+//! A pixel is *certified* when it has batches enough for an error bar and a tail below [`HEAVY`].
+
+use rayon::prelude::*;
+
+use crate::{Film, PixelMoments, luminance};
+
+/// Tails from here on are not certified: the largest sample makes this share of the squared deviations.
+pub const HEAVY: f32 = 0.2;
+
+/// Degrees of freedom that an error bar needs: 16 equal batches have 15; short ones at the beginning count for less.
+const LEAST_FREEDOM: f64 = 14.0;
+
+/// Neighbours that are asked stand this far off at most, in pixels.
+const REACH: usize = 2;
+
+/// Whether each pixel's error bar can be believed, row by row from the top left.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Certificate {
+    /// Share of the squared deviations that one sample makes or, next to heavy tails, would make: 0 to 1.
+    pub tail: Vec<f32>,
+    /// Whether the intervals from mean and variance cover at their stated confidence.
+    pub certified: Vec<bool>,
+}
+
+impl Certificate {
+    /// Share of the pixels that are certified, 0 to 1.
+    pub fn share(&self) -> f64 {
+        let certified = self.certified.iter().filter(|&&c| c).count();
+        certified as f64 / self.certified.len().max(1) as f64
+    }
+}
+
+/// What a sample of luminance `sample` makes of a pixel's squared deviations; when it is `new`, it is not among them yet.
+fn share(pixel: &PixelMoments, mean: f64, sample: f64, new: bool) -> f32 {
+    let own = (sample - mean).max(0.0).powi(2);
+    // Squares are kept to 0.4 %: below this share of them, deviations are rounding. A constant pixel has none.
+    let deviations = (pixel.squares() - pixel.samples() as f64 * mean * mean).max(pixel.squares() / 128.0);
+    let all = if new { deviations + own } else { deviations.max(own) };
+    if own == 0.0 {
+        0.0
+    } else if all.is_finite() {
+        (own / all) as f32
+    } else {
+        1.0
+    }
+}
+
+impl Film {
+    /// Judges every pixel's tail.
+    pub fn certify(&self) -> Certificate {
+        let (width, pixels) = (self.width() as usize, self.pixels());
+        let height = self.height() as usize;
+        let means: Vec<f64> = pixels.par_iter().map(|p| luminance(p.mean())).collect();
+        let own: Vec<f32> = (0..pixels.len())
+            .into_par_iter()
+            .map(|i| share(&pixels[i], means[i], pixels[i].largest(), false))
+            .collect();
+        let with_neighbours = |i: usize| {
+            let (x, y) = (i % width, i / width);
+            let mut tail = own[i];
+            for v in y.saturating_sub(REACH)..=(y + REACH).min(height - 1) {
+                for u in x.saturating_sub(REACH)..=(x + REACH).min(width - 1) {
+                    let j = v * width + u;
+                    if own[j] >= HEAVY {
+                        tail = tail.max(share(&pixels[i], means[i], pixels[j].largest(), true));
+                    }
+                }
+            }
+            tail
+        };
+        let tail: Vec<f32> = (0..pixels.len()).into_par_iter().map(with_neighbours).collect();
+        let certified =
+            pixels.par_iter().zip(&tail).map(|(p, &t)| p.degrees_of_freedom() >= LEAST_FREEDOM && t < HEAVY).collect();
+        Certificate { tail, certified }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BatchSum;
+
+    /// A film of 16 batches of 64 samples of luminance 1, where pixel `i` has `hits[i]` samples of `1 + bright` among them.
+    fn film(width: u32, hits: &[u32], bright: f32) -> Film {
+        let mut film = Film::new(width, hits.len() as u32 / width);
+        let lanes: Vec<u32> = (0..hits.len() as u32).collect();
+        for b in 0..16 {
+            let sums: Vec<BatchSum> = hits
+                .iter()
+                .map(|&hits| {
+                    let here = (b * hits / 16..(b + 1) * hits / 16).len() as f32;
+                    // Noise of a tenth.
+                    let sum = 64.0 + if b % 2 == 0 { 0.8 } else { -0.8 } + here * bright;
+                    let squares = 64.64 + here * ((1.0 + bright).powi(2) - 1.0);
+                    BatchSum::new([sum; 3], if here > 0.0 { 1.0 + bright } else { 1.2 }, squares)
+                })
+                .collect();
+            film.add_batch(64, &lanes, &sums).unwrap();
+        }
+        film
+    }
+
+    #[test]
+    fn one_bright_sample_is_all_of_the_tail_and_many_are_none() {
+        let certificate = film(3, &[1, 0, 0], 1000.0).certify();
+        assert!(certificate.tail[0] > 0.95, "{certificate:?}");
+        assert_eq!(certificate.certified, [false, false, false], "neighbours may meet the same");
+        let certificate = film(1, &[64], 1000.0).certify();
+        assert!((certificate.tail[0] - 1.0 / 64.0).abs() < 0.003, "{certificate:?}");
+        assert!(certificate.certified[0]);
+    }
+
+    #[test]
+    fn neighbours_beyond_reach_are_left_alone() {
+        let certificate = film(6, &[1, 0, 0, 0, 0, 0], 1000.0).certify();
+        assert_eq!(certificate.certified, [false, false, false, true, true, true]);
+        assert_eq!(certificate.share(), 0.5);
+    }
+
+    #[test]
+    fn constant_pixels_are_certified_once_there_are_batches_enough() {
+        let mut film = Film::new(2, 1);
+        for batch in 1..=16 {
+            film.add_batch(4, &[0, 1], &[BatchSum::constant(4, [0.1; 3]), BatchSum::constant(4, [0.0; 3])]).unwrap();
+            assert_eq!(film.certify().certified, [batch >= 15; 2], "{batch}");
+        }
+        assert!(film.certify().tail.iter().all(|&t| t < 0.01));
+    }
+}
