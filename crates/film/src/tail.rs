@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::{Film, PixelMoments, luminance};
 
 /// Tails from here on are not certified: the largest sample makes this share of the squared deviations.
-pub const HEAVY: f32 = 0.2;
+pub const HEAVY: f32 = 0.3;
 
 /// Degrees of freedom that an error bar needs: 16 equal batches have 15; short ones at the beginning count for less.
 const LEAST_FREEDOM: f64 = 14.0;
