@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let device = Device::new(&AdapterChoice::Best)?;
     let mut renderer = Renderer::new(&device, &prepared)?;
     let mut film = Film::new(settings.width, settings.height);
-    let goal = Goal { spp: Some(spp), time: None };
+    let goal = Goal { spp: Some(spp), ..Goal::default() };
     render(&mut renderer, &mut film, &goal, &mut |_| true)?;
     renderer.trace_features(&mut film)?;
 

@@ -3,6 +3,7 @@
 //! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH and decides what the kernel
 //! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met.
 
+mod batches;
 mod compose;
 mod device;
 mod error;
@@ -11,8 +12,10 @@ mod images;
 mod integrate;
 mod kernel;
 mod pass;
+mod precise;
 mod prepare;
 mod probe;
+mod progression;
 mod progressive;
 mod reflect;
 mod renderer;
@@ -27,7 +30,8 @@ pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sam
 pub use kernel::Checks;
 pub use prepare::{Directions, Integrator, Prepared, Sampler, Settings, material_fields};
 pub use probe::run_probe;
-pub use progressive::{Goal, Outcome, Progress, render};
+pub use progression::{Outcome, Progress, Watch};
+pub use progressive::{Goal, render};
 pub use reflect::RecordLayout;
 pub use renderer::{Counts, Observer, Renderer};
 pub use twins::host_layouts;

@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
@@ -12,6 +11,7 @@ use crate::integrate::IntegrateArgs;
 use crate::measure::MeasureArgs;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
+use crate::stopping::StopArgs;
 
 /// The program with its commands; options of `render` are added in [`parse`].
 #[derive(Debug, Parser)]
@@ -103,13 +103,8 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = value::size)]
     pub(crate) size: Option<Size>,
 
-    /// Stop after this many samples a pixel [default: 64, unless --time is given]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) spp: Option<u32>,
-
-    /// Stop after this long, loading included, for example 90s, 1.5m, 2h; with --spp, whichever comes first
-    #[arg(long, value_name = "TIME", value_parser = value::duration)]
-    pub(crate) time: Option<Duration>,
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
 
     #[command(flatten)]
     pub(crate) method: MethodArgs,
@@ -322,7 +317,7 @@ mod tests {
     #[test]
     fn defaults_are_those_of_the_manual() {
         let args = render("surelight a.glb");
-        assert_eq!((args.spp, args.time, args.seed, args.exposure), (None, None, 0, 0.0));
+        assert_eq!((args.stop.spp, args.stop.time, args.seed, args.exposure), (None, None, 0, 0.0));
         assert_eq!(args.max_bounces, Bounces(None));
         assert_eq!(args.tonemap, Tonemap::Neutral);
         assert_eq!((args.method.integrator, args.method.sampler), (Integrator::Mis, Sampler::Sobol));
@@ -340,6 +335,9 @@ mod tests {
             ("surelight a.glb --size 0x4", ErrorKind::ValueValidation),
             ("surelight a.glb --spp 0", ErrorKind::ValueValidation),
             ("surelight a.glb --eye 0,0,0", ErrorKind::MissingRequiredArgument),
+            ("surelight a.glb --error 0%", ErrorKind::ValueValidation),
+            ("surelight a.glb --confidence 95%", ErrorKind::MissingRequiredArgument),
+            ("surelight a.glb --bound chebyshev", ErrorKind::MissingRequiredArgument),
             ("surelight a.glb --focus 2", ErrorKind::MissingRequiredArgument),
             ("surelight a.glb --env-rotate 20", ErrorKind::MissingRequiredArgument),
             ("surelight a.glb --env a.hdr --sky 1,1,1", ErrorKind::ArgumentConflict),

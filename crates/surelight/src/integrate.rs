@@ -9,7 +9,7 @@ use std::time::Instant;
 use surelight_estimate::{Moments, Rule, pareto_k, student_t_half_width};
 use surelight_render::{Device, Formula, Integrand, Sampler};
 
-pub(crate) use self::args::{IntegrateArgs, confidence};
+pub(crate) use self::args::IntegrateArgs;
 use self::chart::Series;
 use self::report::{Report, Row};
 use crate::error::Error;

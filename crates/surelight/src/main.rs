@@ -23,6 +23,7 @@ mod output;
 mod parse;
 mod progress;
 mod render;
+mod stopping;
 mod summary;
 
 use std::panic;
@@ -76,6 +77,6 @@ fn render(args: &args::RenderArgs) -> Result<ExitCode, Error> {
     console::result(&text)?;
     Ok(match summary.stopped {
         summary::Stop::Done => ExitCode::SUCCESS,
-        summary::Stop::Time | summary::Stop::Interrupt => ExitCode::from(STOPPED_EARLY),
+        summary::Stop::Time | summary::Stop::Samples | summary::Stop::Interrupt => ExitCode::from(STOPPED_EARLY),
     })
 }

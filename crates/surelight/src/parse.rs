@@ -179,6 +179,26 @@ pub(crate) fn radiance(text: &str) -> Result<[f32; 3], String> {
     }
 }
 
+/// `--error 2%`.
+pub(crate) fn relative_error(text: &str) -> Result<f64, String> {
+    let percent = text.trim().strip_suffix('%').map(str::trim_end);
+    let share = percent.unwrap_or(text).trim().parse::<f64>().map(|v| if percent.is_some() { v / 100.0 } else { v });
+    match share {
+        Ok(share) if share > 0.0 && share < 1.0 => Ok(share),
+        _ => Err("expected a relative error between 0 and 100%, for example 2%".into()),
+    }
+}
+
+/// `--confidence 95%`: a share below 1.
+pub(crate) fn confidence(text: &str) -> Result<f64, String> {
+    let percent = text.trim().strip_suffix('%').map(str::trim_end);
+    let share = percent.unwrap_or(text).trim().parse::<f64>().map(|v| if percent.is_some() { v / 100.0 } else { v });
+    match share {
+        Ok(share) if (0.5..=0.999_999).contains(&share) => Ok(share),
+        _ => Err("expected a confidence between 50% and 99.9999%, for example 95%".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,5 +246,21 @@ mod tests {
         assert!(exposure("65").is_err() && exposure("-3").is_ok());
         assert_eq!(Selector("3".into()).index(), Some(3));
         assert_eq!(Selector("3a".into()).index(), None);
+    }
+
+    #[test]
+    fn errors_are_read() {
+        assert_eq!((relative_error("2%"), relative_error("0.5")), (Ok(0.02), Ok(0.5)));
+        for wrong in ["", "0", "100%", "2", "-1%"] {
+            assert!(relative_error(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn confidences_are_read() {
+        assert_eq!((confidence("95%"), confidence("0.99")), (Ok(0.95), Ok(0.99)));
+        for wrong in ["", "0", "1", "100%", "10%", "95"] {
+            assert!(confidence(wrong).is_err(), "{wrong}");
+        }
     }
 }

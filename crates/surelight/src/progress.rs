@@ -25,13 +25,14 @@ fn done(status: &render::Progress, goal: Goal) -> f64 {
 }
 
 /// "12 of 64 samples a pixel, 14.2 Mrays/s, 12 s left".
-fn sentence(status: &render::Progress, goal: Goal) -> String {
-    let mut text = match goal.spp {
+fn sentence(status: &render::Progress) -> String {
+    let mut text = match status.target {
         // Tiles and batches finish at different times: an average says more than the samples that all pixels have.
         Some(target) => {
             let samples = (status.share.unwrap_or(0.0) * f64::from(target)).floor();
             format!("{samples} of {target} samples a pixel")
         }
+        None if status.pilot => "a pilot that finds out how many samples it will take".to_owned(),
         None => samples_a_pixel(status.spp.into()),
     };
     if status.counts.rays > 0 {
@@ -89,7 +90,10 @@ impl Progress {
                 bar.set_message("");
             }
             Self::Log { .. } => {
-                let samples = goal.spp.map_or(String::new(), |spp| format!(", {}", samples_a_pixel(spp.into())));
+                let samples = goal.spp.map_or(String::new(), |spp| {
+                    let most = if goal.precision.is_some() { "at most " } else { "" };
+                    format!(", {most}{}", samples_a_pixel(spp.into()))
+                });
                 console::note(&format!("tracing {width}x{height} pixels{samples} on {adapter}"));
             }
         }
@@ -101,11 +105,11 @@ impl Progress {
             Self::Quiet => {}
             Self::Bar(bar) => {
                 bar.set_position((done(status, goal) * STEPS as f64) as u64);
-                bar.set_message(sentence(status, goal));
+                bar.set_message(sentence(status));
             }
             Self::Log { next } => {
                 if status.seconds >= *next {
-                    console::note(&sentence(status, goal));
+                    console::note(&sentence(status));
                     // Ever fewer lines: a log of a night is read in one glance.
                     *next = status.seconds + (status.seconds / 4.0).clamp(LOG_EVERY, LOG_AT_LEAST_EVERY);
                 }
@@ -163,11 +167,19 @@ mod tests {
 
     fn status(spp: u32, share: Option<f64>, left: Option<f64>) -> render::Progress {
         let counts = render::Counts { rays: 30_000_000, ..render::Counts::default() };
-        render::Progress { spp, share, seconds: 10.0, seconds_left: left, counts }
+        render::Progress {
+            spp,
+            target: share.map(|_| 64),
+            share,
+            pilot: false,
+            seconds: 10.0,
+            seconds_left: left,
+            counts,
+        }
     }
 
     fn goal(spp: Option<u32>, seconds: Option<u64>) -> Goal {
-        Goal { spp, time: seconds.map(Duration::from_secs) }
+        Goal { spp, time: seconds.map(Duration::from_secs), precision: None }
     }
 
     #[test]
@@ -180,14 +192,8 @@ mod tests {
 
     #[test]
     fn a_status_reads_well() {
-        assert_eq!(
-            sentence(&status(16, Some(0.26), Some(30.0)), goal(Some(64), None)),
-            "16 of 64 samples a pixel, 3.00 Mrays/s, 30 s left"
-        );
-        assert_eq!(
-            sentence(&status(5, None, Some(90.0)), goal(None, Some(100))),
-            "5 samples a pixel, 3.00 Mrays/s, 1 min 30 s left"
-        );
+        assert_eq!(sentence(&status(16, Some(0.26), Some(30.0))), "16 of 64 samples a pixel, 3.00 Mrays/s, 30 s left");
+        assert_eq!(sentence(&status(5, None, Some(90.0))), "5 samples a pixel, 3.00 Mrays/s, 1 min 30 s left");
     }
 
     #[test]

@@ -18,9 +18,6 @@ use crate::{interrupt, output};
 use prepare::Loaded;
 pub(crate) use prepare::adapter_choice;
 
-/// Samples a pixel when neither `--spp` nor `--time` is given.
-const DEFAULT_SPP: u32 = 64;
-
 /// A render that has ended.
 struct Finished<'a> {
     args: &'a RenderArgs,
@@ -67,10 +64,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let mut film = new_film(loaded.view.size)?;
     stages.end()?; // of no stage: it counts in the total alone
 
-    let goal = Goal {
-        spp: args.spp.or(args.time.is_none().then_some(DEFAULT_SPP)),
-        time: args.time.map(|limit| limit.saturating_sub(start.elapsed())),
-    };
+    let goal = args.stop.goal(start.elapsed());
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
     // Once something is in the film, Ctrl-C need not wait: there is an image to write.
     let outcome = surelight_render::render(&mut renderer, &mut film, &goal, &mut |status| {

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_film::ErrorSummary;
+use surelight_film::{CERTIFIED_SHARE, ErrorSummary};
 
 use crate::progress::Significant;
 
@@ -42,6 +42,8 @@ pub(crate) struct Summary {
     pub(crate) mpaths_per_second: f64,
     /// Error of the image; `null` below two batches or where all is black.
     pub(crate) relative_error: Option<RelativeError>,
+    /// What the error bars promise.
+    pub(crate) intervals: Intervals,
     /// Samples that were not finite and were left out.
     pub(crate) dropped_samples: u64,
     /// Rays that were given up, their samples incomplete.
@@ -99,6 +101,21 @@ impl From<ErrorSummary> for RelativeError {
     }
 }
 
+/// The intervals of certified pixels, in luminance.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Intervals {
+    /// Share of the pixels that are certified.
+    pub(crate) certified: f64,
+    /// Confidence of each interval.
+    pub(crate) confidence: f64,
+    /// What makes an interval of a standard error.
+    pub(crate) bound: String,
+    /// Relative half-width that nine tenths of the certified pixels stay within; `null` where none is certified.
+    pub(crate) half_width: Option<f64>,
+    /// The half-width asked for.
+    pub(crate) target: Option<f64>,
+}
+
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -107,6 +124,8 @@ pub(crate) enum Stop {
     Done,
     /// `--time` was up before `--spp`.
     Time,
+    /// The most samples that it may take did not bring the error asked for.
+    Samples,
     /// Ctrl-C.
     Interrupt,
 }
@@ -127,6 +146,7 @@ impl Display for Summary {
         match (self.stopped, self.target_spp) {
             (Stop::Done, _) => {}
             (Stop::Time, target) => write!(f, "{} when the time was up", Of(target))?,
+            (Stop::Samples, _) => write!(f, ", the most it may take, and the error is not what was asked for")?,
             (Stop::Interrupt, target) => write!(f, "{} when interrupted", Of(target))?,
         }
         writeln!(f, "; {} paths, {} rays", Count(self.paths), Count(self.rays))?;
@@ -157,6 +177,7 @@ impl Display for Summary {
             None if self.spp < 2 => writeln!(f, "error     unknown: it takes two samples a pixel to tell")?,
             None => writeln!(f, "error     unknown: the image is black")?,
         }
+        writeln!(f, "certified {}", self.intervals)?;
         writeln!(f, "memory    {} MiB on the device at most", self.peak_device_bytes.div_ceil(1 << 20))?;
         if self.dropped_samples > 0 {
             writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
@@ -168,6 +189,28 @@ impl Display for Summary {
             writeln!(f, "warning   {warning}")?;
         }
         Ok(())
+    }
+}
+
+impl Display for Intervals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(half_width) = self.half_width else {
+            return write!(f, "no pixel: too few samples, or light that comes by rare, bright ones");
+        };
+        let (share, confidence) = (Percent(self.certified), Percent(self.confidence));
+        write!(
+            f,
+            "{share} of the pixels; nine tenths of these within {} at {confidence} confidence",
+            Percent(half_width)
+        )?;
+        match self.target {
+            None => Ok(()),
+            Some(target) if half_width > target => write!(f, ", where {} was asked for", Percent(target)),
+            Some(_) if self.certified < CERTIFIED_SHARE => {
+                write!(f, ", but half of the pixels must be: the light of the others comes by rare, bright samples")
+            }
+            Some(target) => write!(f, ", as asked for ({})", Percent(target)),
+        }
     }
 }
 
@@ -226,6 +269,13 @@ mod tests {
             seconds: Seconds { trace: 2.0, total: 2.5, ..Seconds::default() },
             mrays_per_second: 10.0,
             mpaths_per_second: 1.8432,
+            intervals: Intervals {
+                certified: 0.987,
+                confidence: 0.95,
+                bound: "clt".into(),
+                half_width: Some(0.0512),
+                target: None,
+            },
             relative_error: Some(RelativeError { mean: 0.0312, percentile_95: 0.0981 }),
             dropped_samples: 3,
             truncated_rays: 0,
@@ -243,6 +293,7 @@ mod tests {
             "samples   12 a pixel of 64 when the time was up; 3.69 million paths, 20.0 million rays\n",
             "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
             "error     3.1 % mean, 9.8 % at the 95th percentile",
+            "certified 99 % of the pixels; nine tenths of these within 5.1 % at 95 % confidence\n",
             "memory    1 MiB on the device at most\n",
             "dropped   3 samples that were not finite\n",
             "biased    max-radiance 10\n",

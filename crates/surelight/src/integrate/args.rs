@@ -31,7 +31,7 @@ pub(crate) struct IntegrateArgs {
     pub(crate) samples: u64,
 
     /// Confidence of the error bars
-    #[arg(long, value_name = "C%", value_parser = confidence, default_value = "95%")]
+    #[arg(long, value_name = "C%", value_parser = value::confidence, default_value = "95%")]
     pub(crate) confidence: f64,
 
     /// The true value, where it is known: errors are then told against it
@@ -102,16 +102,6 @@ fn number(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("\"{text}\" is not a number; write 0.5, -3, 1e-2, pi or 2*pi"))
 }
 
-/// `--confidence 95%`: a share below 1.
-pub(crate) fn confidence(text: &str) -> Result<f64, String> {
-    let percent = text.trim().strip_suffix('%').map(str::trim_end);
-    let share = percent.unwrap_or(text).trim().parse::<f64>().map(|v| if percent.is_some() { v / 100.0 } else { v });
-    match share {
-        Ok(share) if (0.5..=0.999_999).contains(&share) => Ok(share),
-        _ => Err("expected a confidence between 50% and 99.9999%, for example 95%".into()),
-    }
-}
-
 fn svg(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension() {
@@ -133,13 +123,5 @@ mod tests {
             assert!(ranges(wrong).is_err(), "{wrong}");
         }
         assert!(ranges(&["0..1"; 11].join(",")).unwrap_err().contains("10 are the most"));
-    }
-
-    #[test]
-    fn confidences_are_read() {
-        assert_eq!((confidence("95%"), confidence("0.99")), (Ok(0.95), Ok(0.99)));
-        for wrong in ["", "0", "1", "100%", "10%", "95"] {
-            assert!(confidence(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -6,7 +6,6 @@ use std::time::Duration;
 use clap::{ArgGroup, Args};
 
 use crate::args::{CameraArgs, FileArgs, LightArgs};
-use crate::integrate::confidence;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, Selector, Size};
 
@@ -54,11 +53,11 @@ pub(crate) struct MeasureArgs {
     pub(crate) size: Option<Size>,
 
     /// Stop at this half width of the interval, relative to the luminance or illuminance; within 10 minutes unless --time is given
-    #[arg(long, value_name = "E%", value_parser = error)]
+    #[arg(long, value_name = "E%", value_parser = value::relative_error)]
     pub(crate) error: Option<f64>,
 
     /// Confidence of the interval
-    #[arg(long, value_name = "C%", value_parser = confidence, default_value = "95%")]
+    #[arg(long, value_name = "C%", value_parser = value::confidence, default_value = "95%")]
     pub(crate) confidence: f64,
 
     /// Stop after this long, loading included, for example 90s
@@ -125,29 +124,15 @@ fn region(text: &str) -> Result<[u32; 4], String> {
     }
 }
 
-/// `--error 2%`.
-fn error(text: &str) -> Result<f64, String> {
-    let percent = text.trim().strip_suffix('%').map(str::trim_end);
-    let share = percent.unwrap_or(text).trim().parse::<f64>().map(|v| if percent.is_some() { v / 100.0 } else { v });
-    match share {
-        Ok(share) if share > 0.0 && share < 1.0 => Ok(share),
-        _ => Err("expected a relative error between 0 and 100%, for example 2%".into()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn regions_and_errors_are_read() {
+    fn regions_are_read() {
         assert_eq!(region("1,2, 3,4"), Ok([1, 2, 3, 4]));
         for wrong in ["", "1,2,3", "1,2,1,4", "-1,0,2,2", "1,2,3,4,5"] {
             assert!(region(wrong).is_err(), "{wrong}");
-        }
-        assert_eq!((error("2%"), error("0.5")), (Ok(0.02), Ok(0.5)));
-        for wrong in ["", "0", "100%", "2", "-1%"] {
-            assert!(error(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What a finished render says of itself: in the EXR for later, in the summary for now.
 
 use serde_json::{Map, Value, json};
-use surelight_film::Metadata;
+use surelight_film::{Metadata, Precision, Reach};
 use surelight_render::Outcome;
 
 use crate::method::word;
 use crate::progress::mega_rate;
-use crate::summary::{Adapter, RelativeError, Stop, Summary};
+use crate::stopping::Bound;
+use crate::summary::{Adapter, Intervals, RelativeError, Stop, Summary};
 
 use super::Finished;
 
@@ -58,17 +59,34 @@ impl Finished<'_> {
             stopped: match self.outcome {
                 Outcome::Done => Stop::Done,
                 Outcome::TimeUp => Stop::Time,
+                Outcome::SamplesUp => Stop::Samples,
                 Outcome::Interrupted => Stop::Interrupt,
             },
             seconds: self.seconds,
             mrays_per_second: mega_rate(self.counts.rays, self.seconds.trace),
             mpaths_per_second: mega_rate(self.counts.paths, self.seconds.trace),
             relative_error: self.film.error_summary().map(RelativeError::from),
+            intervals: self.intervals(),
             dropped_samples: self.counts.dropped,
             truncated_rays: self.counts.truncated,
             biased: self.biased(),
             peak_device_bytes: self.device_bytes,
             warnings,
+        }
+    }
+
+    /// What the error bars promise.
+    fn intervals(&self) -> Intervals {
+        let stop = &self.args.stop;
+        let precision =
+            Precision { error: stop.error.unwrap_or(0.0), confidence: stop.confidence(), bound: stop.bound() };
+        let Reach { half_width, certified } = precision.reach(&self.film, &self.film.certify());
+        Intervals {
+            certified,
+            confidence: precision.confidence,
+            bound: word(stop.bound.unwrap_or(Bound::Clt)),
+            half_width: (half_width < f64::INFINITY).then_some(half_width),
+            target: stop.error,
         }
     }
 
@@ -109,6 +127,9 @@ impl Finished<'_> {
             ("integrator", json!(word(args.method.integrator))),
             ("directions", json!(args.method.directions_in_force().map(word))),
             ("sampler", json!(word(args.method.sampler))),
+            ("error", json!(args.stop.error)),
+            ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
+            ("bound", json!(args.stop.bound.map(word))),
         ];
         all.into_iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.to_owned(), value)).collect()
     }

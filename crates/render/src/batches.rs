@@ -1,0 +1,93 @@
+//! Which batches a render is made of.
+
+/// Batches that an error bar needs: each is an independent scramble of the sequence.
+const BATCHES: u32 = 16;
+
+/// Sums on the device are f32: batches stay short.
+const MOST_SAMPLES: u32 = 4096;
+
+/// The largest power of two up to `n`, 1 for 0.
+fn power_of_two(n: u32) -> u32 {
+    if n == 0 { 1 } else { 1 << n.ilog2() }
+}
+
+/// The sizes of batches, which follow from the samples planned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Batches {
+    /// Samples a pixel that are planned: a full batch is 1/16 of them, rounded down to a power of two. Without a plan, batches
+    /// grow with what is done, so that there are never fewer than 16 that count.
+    pub(crate) planned: Option<u32>,
+}
+
+impl Batches {
+    /// Samples of a full batch when `done` samples a pixel are done.
+    pub(crate) fn full(self, done: u32) -> u32 {
+        power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
+    }
+
+    /// Samples in the next batch, when `done` samples a pixel are done and `until` are wanted; 0 when there is nothing left.
+    ///
+    /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to save when the render is
+    /// interrupted, however many samples it was to have. What is left over at the end makes a shorter batch.
+    pub(crate) fn next(self, done: u32, until: Option<u32>) -> u32 {
+        let left = until.map_or(u32::MAX, |until| until.saturating_sub(done));
+        self.full(done).min(power_of_two(done)).min(left)
+    }
+
+    /// How many batches of the next one's size follow on each other.
+    pub(crate) fn run(self, done: u32, until: Option<u32>) -> u32 {
+        let samples = self.next(done, until);
+        if samples == 0 || samples < self.full(done) {
+            return 1;
+        }
+        match (self.planned, until) {
+            (Some(_), until) => (until.unwrap_or(u32::MAX) - done) / samples,
+            // Until the next size is due.
+            (None, _) if done < 2 * BATCHES => (2 * BATCHES - done).max(1),
+            (None, _) => BATCHES,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batches(spp: u32) -> Vec<u32> {
+        let plan = Batches { planned: Some(spp) };
+        let (mut done, mut all) = (0, Vec::new());
+        while plan.next(done, Some(spp)) > 0 {
+            all.push(plan.next(done, Some(spp)));
+            done += plan.next(done, Some(spp));
+        }
+        assert_eq!(done, spp);
+        all
+    }
+
+    #[test]
+    fn all_samples_are_done_in_enough_batches_that_begin_small() {
+        assert_eq!(batches(1), [1]);
+        assert_eq!(batches(20), [1; 20]);
+        assert_eq!(batches(64)[..5], [1, 1, 2, 4, 4]);
+        for spp in [16, 64, 100, 1000, 4096, 100_000_000] {
+            let all = batches(spp);
+            let full = Batches { planned: Some(spp) }.full(0);
+            assert!(all.iter().filter(|&&n| n == full).count() >= 15, "{spp}: {all:?}");
+            assert_eq!(all[0], 1);
+        }
+    }
+
+    #[test]
+    fn runs_end_where_the_size_changes() {
+        let plan = Batches { planned: Some(100) };
+        assert_eq!([0, 2, 4, 92, 96].map(|done| plan.run(done, Some(100))), [1, 1, 24, 2, 1]);
+        let growing = Batches { planned: None };
+        assert_eq!([0, 20, 32, 1000].map(|done| growing.run(done, None)), [32, 12, 16, 16]);
+    }
+
+    #[test]
+    fn without_a_plan_batches_grow() {
+        let growing = Batches { planned: None };
+        assert_eq!([0, 15, 31, 32, 1 << 20].map(|done| growing.next(done, None)), [1, 1, 1, 2, 4096]);
+    }
+}

@@ -1,0 +1,159 @@
+//! A render under way: batch after batch, in passes that lose little when they are interrupted.
+
+use std::time::{Duration, Instant};
+
+use surelight_film::Film;
+
+use crate::{
+    batches::Batches,
+    error::RenderError,
+    renderer::{Counts, Renderer},
+};
+
+/// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
+const SHORT: f64 = 2.0;
+
+/// Of the time so far, what an interrupted pass may lose.
+const LOSS: f64 = 0.125;
+
+/// How a render stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Samples a pixel in the film.
+    pub spp: u32,
+    /// Samples a pixel that are planned; `None` where time alone decides, and during a pilot.
+    pub target: Option<u32>,
+    /// Of all samples planned, those finished; `None` without a plan.
+    pub share: Option<f64>,
+    /// Whether these samples only find out how many will be needed, and are thrown away.
+    pub pilot: bool,
+    /// Seconds since the loop began.
+    pub seconds: f64,
+    /// Seconds left, estimated; `None` before there is anything to judge by.
+    pub seconds_left: Option<f64>,
+    /// Device counts.
+    pub counts: Counts,
+}
+
+/// Why the loop ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The goal is met: its samples are in the film, its precision is reached, or its time is up with nothing else asked for.
+    Done,
+    /// Time was up before the samples or the precision asked for.
+    TimeUp,
+    /// The most samples that may be taken did not bring the precision asked for.
+    SamplesUp,
+    /// The observer said stop.
+    Interrupted,
+}
+
+/// Asked between dispatches, whether to go on.
+pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
+
+/// A render under way.
+pub(crate) struct Progression<'a, 'd> {
+    pub(crate) renderer: &'a mut Renderer<'d>,
+    /// Sizes of batches.
+    pub(crate) plan: Batches,
+    /// Number of the next batch.
+    pub(crate) batch: u32,
+    /// Samples a pixel that are done.
+    pub(crate) spp: u32,
+    pub(crate) started: Instant,
+    pub(crate) pilot: bool,
+    time: Option<Duration>,
+    seconds_a_sample: Option<f64>,
+}
+
+impl<'a, 'd> Progression<'a, 'd> {
+    pub(crate) fn new(renderer: &'a mut Renderer<'d>, time: Option<Duration>) -> Self {
+        let plan = Batches { planned: None };
+        let started = Instant::now();
+        Self { renderer, plan, batch: 0, spp: 0, started, pilot: false, time, seconds_a_sample: None }
+    }
+
+    /// Seconds until the time is up.
+    pub(crate) fn seconds_left(&self) -> Option<f64> {
+        self.time.map(|t| t.as_secs_f64() - self.started.elapsed().as_secs_f64())
+    }
+
+    /// Samples a pixel that the time left allows; `None` where there is no limit or no experience.
+    pub(crate) fn affordable_spp(&self) -> Option<u32> {
+        Some((self.seconds_left()?.max(0.0) / self.seconds_a_sample?) as u32)
+    }
+
+    /// Traces until `until` samples a pixel are done (`None`), or tells why it stopped before. At least one batch is traced,
+    /// whatever the time.
+    pub(crate) fn advance(
+        &mut self,
+        film: &mut Film,
+        until: Option<u32>,
+        observer: &mut Watch<'_>,
+    ) -> Result<Option<Outcome>, RenderError> {
+        loop {
+            let samples = self.plan.next(self.spp, until);
+            if samples == 0 {
+                return Ok(None);
+            }
+            let cost = self.seconds_a_sample.map(|s| s * f64::from(samples));
+            let left = self.seconds_left();
+            if let (Some(left), Some(cost)) = (left, cost)
+                && left < cost
+                && self.spp > 0
+            {
+                return Ok(Some(Outcome::TimeUp));
+            }
+            let batches = self.batches_of_pass(until, cost, left);
+            let before = self.renderer.counts;
+            let pass_started = Instant::now();
+            let (batch, spp) = (self.batch, self.spp);
+            if !self.trace(film, until, batches, samples, observer)? {
+                self.renderer.counts.paths = before.paths; // thrown away with the pass
+                return Ok(Some(Outcome::Interrupted));
+            }
+            self.seconds_a_sample = Some(pass_started.elapsed().as_secs_f64() / f64::from(batches * samples));
+            self.batch = batch + batches;
+            self.spp = spp + batches * samples;
+        }
+    }
+
+    /// How many batches to trace at once, each costing `cost` seconds.
+    fn batches_of_pass(&self, until: Option<u32>, cost: Option<f64>, left: Option<f64>) -> u32 {
+        let Some(cost) = cost else { return 1 };
+        let pass_seconds = (LOSS * self.started.elapsed().as_secs_f64()).max(SHORT);
+        let run = self.plan.run(self.spp, until);
+        let fits = (pass_seconds / cost).max(1.0) as u32;
+        let mut batches = if until.is_some() && f64::from(run) * cost < 2.0 * SHORT { run } else { fits.min(run) };
+        if let Some(left) = left {
+            batches = batches.min((left / cost) as u32);
+        }
+        batches.clamp(1, self.renderer.most_batches())
+    }
+
+    fn trace(
+        &mut self,
+        film: &mut Film,
+        until: Option<u32>,
+        batches: u32,
+        samples: u32,
+        observer: &mut Watch<'_>,
+    ) -> Result<bool, RenderError> {
+        let pixels = f64::from(film.width()) * f64::from(film.height());
+        let (spp, pilot, started, time) = (self.spp, self.pilot, self.started, self.time);
+        let paths_before = self.renderer.counts.paths as f64 - pixels * f64::from(spp);
+        let mut watch = |counts: &Counts| {
+            let seconds = started.elapsed().as_secs_f64();
+            let share = until.map(|n| (counts.paths as f64 - paths_before) / (pixels * f64::from(n)));
+            let by_share = share.filter(|&s| s > 0.0).map(|s| seconds * (1.0 - s).max(0.0) / s);
+            let by_time = time.map(|t| (t.as_secs_f64() - seconds).max(0.0));
+            let seconds_left = match (by_share, by_time) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+            let target = until.filter(|_| !pilot);
+            observer(&Progress { spp, target, share, pilot, seconds, seconds_left, counts: *counts })
+        };
+        self.renderer.trace(film, self.batch, batches, samples, &mut watch)
+    }
+}
