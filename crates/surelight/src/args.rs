@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+use crate::bench::BenchArgs;
 use crate::compare::CompareArgs;
 use crate::integrate::IntegrateArgs;
 use crate::measure::MeasureArgs;
@@ -18,7 +19,7 @@ use crate::stopping::StopArgs;
 #[command(
     name = "surelight",
     version,
-    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (the image so far is written), 4 compare: they differ.",
+    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (the image so far is written), 4 compare: they differ; bench --compare: something was lost.",
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     arg_required_else_help = true
@@ -44,6 +45,12 @@ where
         Command::Render(args) => args.method.conflict(),
         Command::Info(args) => args.method.conflict(),
         Command::Measure(args) => args.conflict(),
+        Command::Bench(args) => {
+            if let Some(message) = args.conflict() {
+                return Err(cli.error(ErrorKind::ArgumentConflict, message));
+            }
+            None
+        }
         _ => None,
     };
     match conflict {
@@ -83,6 +90,8 @@ pub(crate) enum Command {
     Integrate(Box<IntegrateArgs>),
     /// Tell how far apart two images are, and whether more than their noise explains it
     Compare(CompareArgs),
+    /// Race the methods on scenes: which reaches a given error first, charted
+    Bench(Box<BenchArgs>),
     /// List adapters, drivers and limits
     Devices(DevicesArgs),
 }

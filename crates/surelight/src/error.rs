@@ -22,6 +22,9 @@ pub(crate) enum Error {
         /// Why.
         cause: surelight_film::compare::CompareError,
     },
+    /// A race or its report.
+    #[error(transparent)]
+    Bench(#[from] surelight_bench::BenchError),
     /// An image could not be written.
     #[error(transparent)]
     Write(#[from] surelight_film::WriteError),

@@ -11,15 +11,20 @@ const KILLED_BY_INTERRUPT: i32 = 130;
 
 /// Begins to listen. Where the system refuses, Ctrl-C ends the program as usual.
 pub(crate) fn listen() {
-    let heard = ctrlc::set_handler(|| {
+    listen_and_keep("the image so far");
+}
+
+/// Likewise, where what is written in the end is something else.
+pub(crate) fn listen_and_keep(what: &'static str) {
+    let heard = ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(KILLED_BY_INTERRUPT);
         }
         let bar = if console::watched() { "\n" } else { "" }; // one may stand on this line
-        console::note(&format!("{bar}stopping: the image so far will be written; once more ends at once"));
+        console::note(&format!("{bar}stopping: {what} will be written; once more ends at once"));
     });
     if let Err(error) = heard {
-        console::note(&format!("warning: Ctrl-C will not save the image: {error}"));
+        console::note(&format!("warning: Ctrl-C will not save {what}: {error}"));
     }
 }
 

@@ -6,6 +6,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod bench;
 mod camera;
 mod compare;
 mod console;
@@ -36,7 +37,7 @@ use crate::error::{Error, sentence};
 const ERROR: u8 = 1;
 /// The time was up or Ctrl-C came before the target was met; the image is written.
 const STOPPED_EARLY: u8 = 3;
-/// `compare` found a difference.
+/// `compare` found a difference, or `bench --compare` a loss.
 const DIFFER: u8 = 4;
 
 fn main() -> ExitCode {
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => {
             compare::run(&args).map(|differ| if differ { ExitCode::from(DIFFER) } else { ExitCode::SUCCESS })
         }
+        Command::Bench(args) => bench::run(&args),
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
     });
     match done {

@@ -144,6 +144,14 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
+/// `--tolerance PERCENT`.
+pub(crate) fn percentage(text: &str) -> Result<f64, String> {
+    match text.trim().trim_end_matches('%').parse::<f64>() {
+        Ok(number) if (0.0..=1000.0).contains(&number) => Ok(number),
+        _ => Err("expected percent, for example 5".into()),
+    }
+}
+
 /// `--exposure EV`. Beyond ±64 stops every picture is black or white.
 pub(crate) fn exposure(text: &str) -> Result<f32, String> {
     match finite(text) {
@@ -241,6 +249,8 @@ mod tests {
         assert_eq!(point("1,-2, 3e1"), Ok([1.0, -2.0, 30.0]));
         assert!(point("1,2").is_err() && point("1,2,nan").is_err() && point("1,2,3,4").is_err());
         assert!(radiance("1,-1,1").is_err() && radiance("1,1,1e39").is_err());
+        assert_eq!(percentage("5%"), Ok(5.0));
+        assert!(percentage("-1").is_err() && percentage("much").is_err());
         assert!(positive("0").is_err() && positive("inf").is_err() && positive("0.5").is_ok());
         assert!(field_of_view("180").is_err() && field_of_view("0").is_err());
         assert!(exposure("65").is_err() && exposure("-3").is_ok());

@@ -137,7 +137,7 @@ pub(crate) fn mega_rate(count: u64, seconds: f64) -> f64 {
 }
 
 /// A time as people say it: 0.4 s, 12 s, 3 min 20 s, 2 h 5 min.
-fn human(seconds: f64) -> String {
+pub(crate) fn human(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
         _ if seconds < 9.95 => format!("{seconds:.1} s"),

@@ -1,0 +1,326 @@
+//! From rows to answers: curves over repeats, slopes, times to an error, efficiency, bias.
+//!
+//! Repeats have independent samples, so intervals come from their spread: of logarithms where the figure is a ratio, by
+//! Student's t. Checkpoints of one repeat share their samples, so none is treated as independent of another.
+
+use surelight_estimate::{Estimate, Moments, student_t_quantile, welch_test};
+
+use crate::data::{Row, SceneData};
+
+/// Confidence of every interval in a report.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// A checkpoint over all repeats that reached it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Mean seconds.
+    pub seconds: f64,
+    /// √ of the mean relative mean square error.
+    pub error: f64,
+    /// Least and greatest relative error of a repeat.
+    pub band: [f64; 2],
+}
+
+/// A figure with its interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Interval {
+    /// Best guess.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// Mean of independent figures and its Student interval; infinite for one figure alone.
+    fn of(figures: &[f64]) -> Option<Self> {
+        let moments: Moments = figures.iter().copied().collect();
+        if moments.count() == 0 {
+            return None;
+        }
+        let half = half_width(&moments);
+        Some(Self { value: moments.mean(), low: moments.mean() - half, high: moments.mean() + half })
+    }
+
+    /// The same on a logarithmic scale: geometric mean and interval of figures above zero.
+    fn of_ratio(figures: &[f64]) -> Option<Self> {
+        let logs: Vec<f64> = figures.iter().map(|x| x.ln()).collect();
+        Self::of(&logs).map(|i| Self { value: i.value.exp(), low: i.low.exp(), high: i.high.exp() })
+    }
+
+    /// Whether the interval holds a value.
+    pub fn holds(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+}
+
+fn half_width(moments: &Moments) -> f64 {
+    match moments.count() {
+        0 | 1 => f64::INFINITY,
+        n => student_t_quantile(0.5 + 0.5 * CONFIDENCE, (n - 1) as f64) * moments.variance_of_mean().sqrt(),
+    }
+}
+
+/// Ratio of two sets of independent figures above zero, by Welch's t on their logarithms.
+pub(crate) fn ratio(a: &[f64], b: &[f64]) -> Option<(Interval, f64)> {
+    let [x, y] = [a, b].map(|figures| {
+        let moments: Moments = figures.iter().map(|x| x.ln()).collect();
+        let variance = if moments.count() < 2 { f64::INFINITY } else { moments.variance_of_mean() };
+        (moments.count() > 0).then(|| Estimate {
+            mean: moments.mean(),
+            variance,
+            dof: (moments.count() as f64 - 1.0).max(1.0),
+        })
+    });
+    let test = welch_test(&x?, &y?);
+    let dof = if test.dof.is_finite() && test.dof > 0.0 { test.dof } else { 1e9 };
+    let half = if test.standard_error == 0.0 {
+        0.0
+    } else {
+        student_t_quantile(0.5 + 0.5 * CONFIDENCE, dof) * test.standard_error
+    };
+    let d = test.difference;
+    Some((Interval { value: d.exp(), low: (d - half).exp(), high: (d + half).exp() }, test.p))
+}
+
+impl SceneData {
+    /// Relative mean square error below which a checkpoint is not told from the reference's own noise.
+    pub fn floor(&self) -> f64 {
+        self.reference.rel_mse.unwrap_or(0.0)
+    }
+
+    fn readable(&self, row: &Row) -> bool {
+        row.rel_mse > self.floor() && row.rel_mse > 0.0
+    }
+
+    /// A method's checkpoints over repeats, those below the reference's noise left out.
+    pub fn curve(&self, method: usize) -> Vec<Point> {
+        let mut points = Vec::new();
+        for &spp in &self.methods[method].checkpoints {
+            let rows: Vec<&Row> = self.rows_of(method).filter(|r| r.spp == spp).collect();
+            let n = rows.len() as f64;
+            let mean = |f: &dyn Fn(&Row) -> f64| rows.iter().map(|r| f(r)).sum::<f64>() / n;
+            let square = mean(&|r| r.rel_mse);
+            if rows.is_empty() || square <= self.floor() || square <= 0.0 {
+                continue;
+            }
+            let errors = rows.iter().map(|r| r.rel_mse.max(self.floor().max(square * 1e-3)).sqrt());
+            let (low, high) = errors.fold((f64::MAX, 0.0f64), |(l, h), e| (l.min(e), h.max(e)));
+            points.push(Point {
+                spp,
+                seconds: mean(&|r| r.seconds(self.clock)),
+                error: square.sqrt(),
+                band: [low, high],
+            });
+        }
+        points
+    }
+
+    /// A repeat's checkpoints as samples, seconds and relative error.
+    fn path(&self, method: usize, repeat: u32) -> Vec<[f64; 3]> {
+        let rows = self.rows_of(method).filter(|r| r.repeat == repeat && self.readable(r));
+        rows.map(|r| [f64::from(r.spp), r.seconds(self.clock), r.rel_mse.sqrt()]).collect()
+    }
+
+    /// Exponent of the error as a power of the samples: −0.5 for independent samples. Fitted to each repeat by least squares of logarithms, from
+    /// 4 samples a pixel where three checkpoints are left.
+    pub fn slope(&self, method: usize) -> Option<Interval> {
+        let slopes: Vec<f64> = (0..self.repeats)
+            .filter_map(|repeat| {
+                let all = self.path(method, repeat);
+                let late: Vec<_> = all.iter().copied().filter(|p| p[0] >= 4.0).collect();
+                slope(if late.len() >= 3 { &late } else { &all })
+            })
+            .collect();
+        Interval::of(&slopes)
+    }
+
+    /// Seconds that each repeat took to a relative error; `None` where one did not get there.
+    pub fn times_to(&self, method: usize, error: f64) -> Option<Vec<f64>> {
+        let repeats = (0..self.repeats).filter(|&repeat| self.rows_of(method).any(|r| r.repeat == repeat));
+        let times: Option<Vec<f64>> = repeats.map(|repeat| time_to(&self.path(method, repeat), error)).collect();
+        times.filter(|times| !times.is_empty())
+    }
+
+    /// The same over repeats.
+    pub fn time_to(&self, method: usize, error: f64) -> Option<Interval> {
+        Interval::of_ratio(&self.times_to(method, error)?)
+    }
+
+    /// 1/(relative mean square error · seconds) of each repeat at its last readable checkpoint: what a second buys.
+    pub fn efficiencies(&self, method: usize) -> Vec<f64> {
+        let last = |repeat| self.path(method, repeat).last().map(|p| 1.0 / (p[2] * p[2] * p[1].max(1e-9)));
+        (0..self.repeats).filter_map(last).collect()
+    }
+
+    /// Mean signed relative error at the last checkpoint, over repeats, with the reference's own uncertainty.
+    pub fn bias(&self, method: usize) -> Option<Interval> {
+        let last = *self.methods[method].checkpoints.last()?;
+        let rows: Vec<&Row> = self.rows_of(method).filter(|r| r.spp == last).collect();
+        let n = rows.len() as f64;
+        let own: f64 = rows.iter().map(|r| r.mean_se.map(|se| se * se)).sum::<Option<f64>>()? / (n * n);
+        let value = rows.iter().map(|r| r.mean_error).sum::<f64>() / n;
+        let reference = self.reference.mean_se.unwrap_or(0.0);
+        let scale = self.reference.mean.abs();
+        if rows.is_empty() || scale == 0.0 {
+            return None;
+        }
+        let half =
+            student_t_quantile(0.5 + 0.5 * CONFIDENCE, f64::INFINITY) * (own + reference * reference).sqrt() / scale;
+        Some(Interval { value, low: value - half, high: value + half })
+    }
+
+    /// Mean over repeats of a figure at the last checkpoint.
+    pub fn at_end(&self, method: usize, figure: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
+        let last = *self.methods[method].checkpoints.last()?;
+        let figures: Option<Vec<f64>> = self.rows_of(method).filter(|r| r.spp == last).map(figure).collect();
+        let figures = figures.filter(|f| !f.is_empty())?;
+        Some(figures.iter().sum::<f64>() / figures.len() as f64)
+    }
+
+    /// Error levels 1, 2, 5 × 10ᵏ that some method reached, from coarse to fine; at most the eight finest.
+    pub fn levels(&self) -> Vec<f64> {
+        let all = (-60..=3).rev().map(|k: i32| {
+            let digit = [1.0, 2.0, 5.0][k.rem_euclid(3) as usize];
+            digit * 10f64.powi(k.div_euclid(3))
+        });
+        let reached = |&e: &f64| e <= 1.0 && (0..self.methods.len()).any(|m| self.times_to(m, e).is_some());
+        let levels: Vec<f64> = all.filter(reached).collect();
+        levels[levels.len().saturating_sub(8)..].to_vec()
+    }
+
+    /// Checkpoints of methods without bias that no other comes before in both time and error, from coarse to fine, with their methods.
+    pub fn front(&self) -> Vec<(usize, Point)> {
+        let honest = (0..self.methods.len()).filter(|&m| self.methods[m].biased.is_none());
+        let mut all: Vec<(usize, Point)> =
+            honest.flat_map(|m| self.curve(m).into_iter().map(move |p| (m, p))).collect();
+        all.sort_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds).then(a.1.error.total_cmp(&b.1.error)));
+        let mut best = f64::INFINITY;
+        all.retain(|(_, p)| {
+            let before = p.error < best;
+            best = best.min(p.error);
+            before
+        });
+        all
+    }
+
+    /// Predicted and real relative error at each checkpoint that has batches enough for an error bar, over repeats.
+    pub fn calibration(&self, method: usize) -> Vec<(f64, f64)> {
+        let mut points = Vec::new();
+        for &spp in &self.methods[method].checkpoints {
+            let rows: Vec<&Row> = self.rows_of(method).filter(|r| r.spp == spp && r.batches >= 16).collect();
+            let n = rows.len() as f64;
+            let real = rows.iter().map(|r| r.rel_mse).sum::<f64>() / n;
+            let predicted: Option<f64> = rows.iter().map(|r| r.predicted_rel_mse).sum();
+            if let Some(predicted) = predicted.map(|p| p / n).filter(|&p| p > 0.0 && real > self.floor() && real > 0.0)
+            {
+                points.push((predicted.sqrt(), real.sqrt()));
+            }
+        }
+        points
+    }
+
+    /// Seconds on the wall of a method: setting up, compiling, adding up samples on the host, dispatches; all repeats.
+    pub fn stages(&self, method: usize) -> [f64; 4] {
+        let data = &self.methods[method];
+        let last = data.checkpoints.last();
+        let ends = || self.rows_of(method).filter(|r| Some(&r.spp) == last);
+        let device: f64 = ends().map(|r| r.device_seconds).sum();
+        let wall: f64 = ends().map(|r| r.wall_seconds).sum();
+        [data.prepare_seconds, data.compile_seconds, (wall - device).max(0.0), device]
+    }
+
+    /// The methods by their mean time to an error, fastest first.
+    pub fn ranking(&self, error: f64, biased_too: bool) -> Vec<(usize, Interval)> {
+        let mut ranking: Vec<_> = (0..self.methods.len())
+            .filter(|&m| biased_too || self.methods[m].biased.is_none())
+            .filter_map(|m| Some((m, self.time_to(m, error)?)))
+            .collect();
+        ranking.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        ranking
+    }
+}
+
+/// Least-squares slope of ln error over ln samples.
+fn slope(path: &[[f64; 3]]) -> Option<f64> {
+    if path.len() < 2 {
+        return None;
+    }
+    let logs: Vec<[f64; 2]> = path.iter().map(|p| [p[0].ln(), p[2].ln()]).collect();
+    let n = logs.len() as f64;
+    let [mx, my] = [0, 1].map(|i| logs.iter().map(|p| p[i]).sum::<f64>() / n);
+    let spread: f64 = logs.iter().map(|p| (p[0] - mx).powi(2)).sum();
+    let joint: f64 = logs.iter().map(|p| (p[0] - mx) * (p[1] - my)).sum();
+    (spread > 0.0).then(|| joint / spread)
+}
+
+/// Seconds at which a path first comes to an error, between checkpoints along a straight line of logarithms.
+fn time_to(path: &[[f64; 3]], error: f64) -> Option<f64> {
+    let at = path.iter().position(|p| p[2] <= error)?;
+    let after = path[at];
+    let Some(before) = at.checked_sub(1).map(|i| path[i]) else {
+        return Some(after[1]); // there before the first checkpoint
+    };
+    let share = (before[2] / error).ln() / (before[2] / after[2]).ln();
+    let (t0, t1) = (before[1].max(1e-9), after[1].max(1e-9));
+    Some((t0.ln() + share * (t1 / t0).ln()).exp())
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::testing::{normals, synthetic};
+
+    #[test]
+    fn times_are_found_between_checkpoints() {
+        let path = [[1.0, 1.0, 0.8], [2.0, 2.0, 0.4], [4.0, 4.0, 0.2]];
+        assert!((time_to(&path, 0.4).unwrap() - 2.0).abs() < 1e-12);
+        assert!((time_to(&path, 0.4 / 2f64.sqrt()).unwrap() - 2.0 * 2f64.sqrt()).abs() < 1e-9);
+        assert_eq!(time_to(&path, 1.0), Some(1.0));
+        assert_eq!(time_to(&path, 0.1), None);
+    }
+
+    #[test]
+    fn slopes_of_known_paths() {
+        let path: Vec<_> = (0..8).map(|k| [f64::from(1 << k), 1.0, 0.3 * 2f64.powf(-0.75 * f64::from(k))]).collect();
+        assert!((slope(&path).unwrap() + 0.75).abs() < 1e-12);
+        assert_eq!(slope(&path[..1]), None);
+    }
+
+    #[test]
+    fn intervals_cover_as_often_as_they_say() {
+        // 2,000 intervals at 95 %: a standard error of 0.5 %.
+        let held = (0..2000)
+            .filter(|&seed| {
+                let mut normal = normals(seed);
+                Interval::of(&[normal(), normal(), normal(), normal()]).unwrap().holds(0.0)
+            })
+            .count();
+        assert!((1860..=1940).contains(&held), "{held}");
+    }
+
+    #[test]
+    fn the_faster_method_is_found_with_its_factor() {
+        let scene = synthetic(1, &[1.0, 4.0], 0.02, 0.0);
+        let levels = scene.levels();
+        let finest = levels[levels.len() - 2];
+        let ranking = scene.ranking(finest, false);
+        assert_eq!(ranking.iter().map(|r| r.0).collect::<Vec<_>>(), [0, 1]);
+        let [fast, slow] = [0, 1].map(|m| scene.times_to(m, finest).unwrap());
+        let (factor, p) = ratio(&slow, &fast).unwrap();
+        assert!(factor.holds(4.0) && factor.low > 3.0 && factor.high < 5.5 && p < 1e-3, "{factor:?}");
+        let slope = scene.slope(0).unwrap();
+        assert!(slope.holds(-0.5) && slope.high - slope.low < 0.1, "{slope:?}");
+    }
+
+    #[test]
+    fn checkpoints_below_the_reference_are_left_out() {
+        let mut scene = synthetic(1, &[1.0], 0.02, 0.0);
+        let all = scene.curve(0).len();
+        scene.reference.rel_mse = Some(scene.rows[4].rel_mse * 1.01);
+        assert!(scene.curve(0).len() < all);
+    }
+}

@@ -1,0 +1,202 @@
+//! The sheet that charts are drawn on: sizes, colours, marks, text, and the way to PNG.
+
+use plotters::{
+    coord::Shift,
+    element::DashedPathElement,
+    prelude::*,
+    style::text_anchor::{HPos, Pos, VPos},
+};
+
+use crate::error::BenchError;
+
+/// Where a chart will be seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// On a desk or in print: the legend stands beside.
+    Wide,
+    /// On a phone: the legend stands below.
+    Narrow,
+}
+
+/// Coordinates are whole numbers, so that everything is drawn at this many times its size.
+pub(super) const SCALE: i32 = 2;
+
+/// Size of text.
+pub(super) const TEXT: i32 = 13 * SCALE;
+
+/// The same font in the SVG, where the reader may have it, and in the PNG, which has it from here; the others are about as wide or narrower.
+const FONT: &str = "DejaVu Sans, Verdana, Segoe UI, sans-serif";
+
+/// DejaVu Sans (see font/LICENSE), without the letters that charts do not need.
+const FONT_BYTES: &[u8] = include_bytes!("../../font/DejaVuSans-subset.ttf");
+
+/// Colours that the colour-blind can tell apart (Okabe & Ito, "Color universal design", 2008), dark enough for lines: their yellow is left out.
+pub(super) const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(0, 0, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+];
+
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const GRID: RGBColor = RGBColor(205, 205, 205);
+pub(super) const FAINT: RGBColor = RGBColor(235, 235, 235);
+
+/// How a line is drawn, beside its colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Dash {
+    #[default]
+    Solid,
+    Dashed,
+    Dotted,
+    /// Marks alone.
+    None,
+}
+
+/// How a mark is filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fill {
+    Full,
+    /// White with a dot.
+    Dot,
+    White,
+}
+
+/// How a method looks, in every chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Style {
+    pub(super) color: RGBColor,
+    /// Shape of its marks.
+    pub(super) shape: usize,
+    /// How marks are filled.
+    pub(super) fill: Fill,
+    pub(super) dash: Dash,
+}
+
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// Draws on a sheet of this size and returns the SVG.
+pub(super) fn sheet(
+    name: &str,
+    title: &str,
+    [width, height]: [i32; 2],
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<String, BenchError> {
+    let mut svg = String::new();
+    let failed = |cause: String| BenchError::Chart { name: name.into(), cause };
+    {
+        let area = SVGBackend::with_string(&mut svg, (width as u32, height as u32)).into_drawing_area();
+        area.fill(&WHITE)
+            .and_then(|()| draw(&area))
+            .and_then(|()| area.present())
+            .map_err(|e| failed(e.to_string()))?;
+    }
+    // The size on the page is that of the nominal pixels; what is inside is named for those who cannot see it.
+    let head = format!(
+        "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" xmlns",
+        width / SCALE,
+        height / SCALE,
+        escape(title)
+    );
+    let rest = svg.find("xmlns").map(|at| &svg[at + "xmlns".len()..]).ok_or_else(|| failed("it is no SVG".into()))?;
+    Ok(head + rest)
+}
+
+/// Text as it may stand in XML.
+pub(crate) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Width of text, about: what DejaVu Sans takes.
+pub(super) fn text_width(text: &str, size: i32) -> i32 {
+    let ems: f64 = text.chars().map(|c| if "iljtfr.,:;|' ()/−-".contains(c) { 0.40 } else { 0.63 }).sum();
+    (ems * f64::from(size)).ceil() as i32
+}
+
+/// A style for text.
+pub(super) fn text_style<'a>(size: i32, color: RGBColor, h: HPos, v: VPos) -> TextStyle<'a> {
+    (FontFamily::Name(FONT), size).into_font().color(&color).pos(Pos::new(h, v))
+}
+
+/// Writes a line of text.
+pub(super) fn write(area: &Area<'_>, text: &str, at: (i32, i32), size: i32, h: HPos) -> Drawn {
+    area.draw(&Text::new(text.to_owned(), at, text_style(size, INK, h, VPos::Center)))
+}
+
+/// A line through some points.
+pub(super) fn line(area: &Area<'_>, points: &[(i32, i32)], color: RGBColor, width: u32, dash: Dash) -> Drawn {
+    let style = color.stroke_width(width);
+    let points = points.to_vec();
+    match dash {
+        Dash::None => Ok(()),
+        Dash::Solid => area.draw(&PathElement::new(points, style)),
+        Dash::Dashed => area.draw(&DashedPathElement::new(points, 8 * SCALE, 4 * SCALE, style)),
+        Dash::Dotted => area.draw(&DashedPathElement::new(points, 2 * SCALE, 4 * SCALE, style)),
+    }
+}
+
+/// A mark of a style; `usize::MAX` is none.
+pub(super) fn mark(area: &Area<'_>, (x, y): (i32, i32), style: &Style, size: i32) -> Drawn {
+    if style.shape == usize::MAX {
+        return Ok(());
+    }
+    let corners: &[(i32, i32)] = match style.shape % 6 {
+        0 => &[],
+        1 => &[(-9, -9), (9, -9), (9, 9), (-9, 9)],
+        2 => &[(0, -13), (13, 0), (0, 13), (-13, 0)],
+        3 => &[(0, -12), (12, 9), (-12, 9)],
+        4 => &[(-12, -9), (12, -9), (0, 12)],
+        _ => &[
+            (-4, -12),
+            (4, -12),
+            (4, -4),
+            (12, -4),
+            (12, 4),
+            (4, 4),
+            (4, 12),
+            (-4, 12),
+            (-4, 4),
+            (-12, 4),
+            (-12, -4),
+            (-4, -4),
+        ],
+    };
+    let pen = style.color.stroke_width(SCALE as u32);
+    let inside = if style.fill == Fill::Full { style.color.filled() } else { WHITE.filled() };
+    if corners.is_empty() {
+        area.draw(&Circle::new((x, y), size, inside))?;
+        area.draw(&Circle::new((x, y), size, pen))?;
+    } else {
+        let mut points: Vec<_> = corners.iter().map(|&(u, v)| (x + u * size / 10, y + v * size / 10)).collect();
+        area.draw(&Polygon::new(points.clone(), inside))?;
+        points.push(points[0]);
+        area.draw(&PathElement::new(points, pen))?;
+    }
+    if style.fill == Fill::Dot {
+        let half = size / 4;
+        area.draw(&Rectangle::new([(x - half, y - half), (x + half, y + half)], style.color.filled()))?;
+    }
+    Ok(())
+}
+
+/// The chart as a PNG, drawn from the SVG with the font that comes with this crate.
+pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, BenchError> {
+    use resvg::{tiny_skia, usvg};
+    let failed = |cause: String| BenchError::Chart { name: name.into(), cause };
+    let mut options = usvg::Options::default();
+    let fonts = options.fontdb_mut();
+    fonts.load_font_data(FONT_BYTES.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|e| failed(e.to_string()))?;
+    let size = tree.size().to_int_size();
+    let scale = SCALE as u32;
+    let mut pixels = tiny_skia::Pixmap::new(size.width() * scale, size.height() * scale)
+        .ok_or_else(|| failed("it has no size".into()))?;
+    let enlarge = tiny_skia::Transform::from_scale(scale as f32, scale as f32);
+    resvg::render(&tree, enlarge, &mut pixels.as_mut());
+    pixels.encode_png().map_err(|e| failed(e.to_string()))
+}

@@ -1,0 +1,275 @@
+//! What a race measured, as `data.json` keeps it and `data.csv` lists it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{conditions::Conditions, method::MethodWords};
+
+/// Number of the layout of `data.json`; another one is refused.
+pub const SCHEMA: u32 = 1;
+
+/// Everything of a report but its pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Data {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Machine, driver, version, date.
+    pub conditions: Conditions,
+    /// One entry a scene.
+    pub scenes: Vec<SceneData>,
+}
+
+/// Which seconds the report counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Clock {
+    /// Seconds on the wall of tracing and adding up.
+    #[default]
+    Wall,
+    /// Seconds of the device: its dispatches, waiting for them included.
+    Device,
+    /// Processor seconds over the number of cores: for software drivers on a machine that is shared.
+    Cpu,
+}
+
+/// A scene and the methods that were raced on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneData {
+    /// Short name, unique in the report; also that of its folder.
+    pub name: String,
+    /// The file as it was given.
+    pub file: String,
+    /// Hash of the scene as loaded.
+    pub hash: String,
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Triangles in the BVH.
+    pub triangles: u64,
+    /// Repeats of each method, every one with samples of its own.
+    pub repeats: u32,
+    /// Seconds a method had, all repeats together; `None` where samples were counted.
+    pub seconds_a_method: Option<f64>,
+    /// Which seconds the charts show.
+    pub clock: Clock,
+    /// Seconds to read the file.
+    pub load_seconds: f64,
+    /// What the errors are measured from.
+    pub reference: ReferenceData,
+    /// The methods.
+    pub methods: Vec<MethodData>,
+    /// Checkpoints, in the order in which they were measured.
+    pub rows: Vec<Row>,
+    /// What was not as it should be.
+    pub warnings: Vec<String>,
+}
+
+/// What the errors are measured from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceData {
+    /// The method that made it, or the file.
+    pub source: String,
+    /// Samples a pixel; 0 where a file does not tell.
+    pub spp: u64,
+    /// Seconds it took.
+    pub seconds: f64,
+    /// Mean over pixels and channels, radiance.
+    pub mean: f64,
+    /// Standard error of that mean; `None` where the file does not know its variance.
+    pub mean_se: Option<f64>,
+    /// Its own mean square error relative to itself, which is taken off the errors of others; `None` where unknown.
+    pub rel_mse: Option<f64>,
+    /// Share of its pixels whose own error bar cannot be believed.
+    pub uncertified: Option<f64>,
+}
+
+/// A method and what it took to set it up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodData {
+    /// Short name.
+    pub name: String,
+    /// Its parts.
+    #[serde(flatten)]
+    pub words: MethodWords,
+    /// Why its expected picture is not the true one; `None` where it is.
+    pub biased: Option<String>,
+    /// Samples a pixel at each checkpoint.
+    pub checkpoints: Vec<u32>,
+    /// Seconds to build the BVH, the lights and the textures.
+    pub prepare_seconds: f64,
+    /// Seconds to compile the kernel and upload the scene.
+    pub compile_seconds: f64,
+    /// Bytes held on the device.
+    pub device_bytes: u64,
+}
+
+/// A checkpoint: the picture after so many samples, held against the reference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Index of the method.
+    pub method: usize,
+    /// Which repeat, from 0.
+    pub repeat: u32,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Independent batches that they came in.
+    pub batches: u32,
+    /// Rays traced so far.
+    pub rays: u64,
+    /// Camera paths so far.
+    pub paths: u64,
+    /// Seconds of dispatches so far, waiting included.
+    pub device_seconds: f64,
+    /// Seconds on the wall so far, tracing and adding up.
+    pub wall_seconds: f64,
+    /// Processor seconds over cores so far; `None` where the system does not tell.
+    pub cpu_seconds: Option<f64>,
+    /// Mean over pixels and channels, radiance.
+    pub mean: f64,
+    /// Standard error of that mean; `None` below two batches.
+    pub mean_se: Option<f64>,
+    /// (mean − reference's) / reference's.
+    pub mean_error: f64,
+    /// Mean square error in radiance, the reference's own taken off: may fall below zero where nothing is left.
+    pub mse: f64,
+    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own taken off: likewise.
+    pub rel_mse: f64,
+    /// The method's own estimate of the same from its batches; `None` below two.
+    pub predicted_rel_mse: Option<f64>,
+    /// Share of the pixels' channels whose 95 % interval holds the reference; `None` below two batches.
+    pub coverage: Option<f64>,
+    /// Share of the pixels whose error bar the film itself does not certify; `None` where it was not asked.
+    pub uncertified: Option<f64>,
+    /// Mean FLIP of the displayed picture, in the first repeat.
+    pub flip: Option<f64>,
+    /// Samples that were not finite and left out.
+    pub dropped: u64,
+    /// Rays given up, their samples incomplete.
+    pub truncated: u64,
+}
+
+impl Row {
+    /// Seconds by a clock; the wall's where processor seconds are unknown.
+    pub fn seconds(&self, clock: Clock) -> f64 {
+        match clock {
+            Clock::Wall => self.wall_seconds,
+            Clock::Device => self.device_seconds,
+            Clock::Cpu => self.cpu_seconds.unwrap_or(self.wall_seconds),
+        }
+    }
+
+    /// √ of the relative mean square error, `None` where the reference's own error leaves nothing.
+    pub fn rel_rmse(&self) -> Option<f64> {
+        (self.rel_mse > 0.0).then(|| self.rel_mse.sqrt())
+    }
+}
+
+impl SceneData {
+    /// Rows of a method, as measured.
+    pub fn rows_of(&self, method: usize) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(move |row| row.method == method)
+    }
+
+    /// Whether a repeat of a method has all its checkpoints.
+    pub fn is_complete(&self, method: usize, repeat: u32) -> bool {
+        let last = self.methods[method].checkpoints.last();
+        self.rows.iter().any(|r| r.method == method && r.repeat == repeat && Some(&r.spp) == last)
+    }
+}
+
+/// Columns of `data.csv`.
+pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,max_bounces,max_radiance,biased,repeat,spp,batches,\
+rays,paths,device_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\
+uncertified,flip,dropped,truncated";
+
+impl Data {
+    /// All rows as CSV, a line a checkpoint; a figure that is not known is an empty field.
+    pub fn csv(&self) -> String {
+        let mut text = format!("{CSV_COLUMNS}\n");
+        for scene in &self.scenes {
+            for row in &scene.rows {
+                let method = &scene.methods[row.method];
+                let words = &method.words;
+                let number = |x: f64| format!("{x:.6e}");
+                let maybe = |x: Option<f64>| x.map_or(String::new(), number);
+                let fields = [
+                    quoted(&scene.name),
+                    quoted(&method.name),
+                    words.integrator.clone(),
+                    words.directions.clone().unwrap_or_default(),
+                    words.sampler.clone(),
+                    words.max_bounces.clone(),
+                    words.max_radiance.clone(),
+                    u8::from(method.biased.is_some()).to_string(),
+                    row.repeat.to_string(),
+                    row.spp.to_string(),
+                    row.batches.to_string(),
+                    row.rays.to_string(),
+                    row.paths.to_string(),
+                    number(row.device_seconds),
+                    number(row.wall_seconds),
+                    maybe(row.cpu_seconds),
+                    number(row.mean),
+                    maybe(row.mean_se),
+                    number(row.mean_error),
+                    maybe((row.mse > 0.0).then(|| row.mse.sqrt())),
+                    number(row.rel_mse),
+                    maybe(row.rel_rmse()),
+                    maybe(row.predicted_rel_mse.map(f64::sqrt)),
+                    maybe(row.coverage),
+                    maybe(row.uncertified),
+                    maybe(row.flip),
+                    row.dropped.to_string(),
+                    row.truncated.to_string(),
+                ];
+                text += &fields.join(",");
+                text.push('\n');
+            }
+        }
+        text
+    }
+}
+
+/// A field that may hold commas or quotes.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
+/// A name that can stand in file names and anchors.
+pub fn slug(name: &str) -> String {
+    let mut slug = String::new();
+    for c in name.chars() {
+        match c {
+            'a'..='z' | 'A'..='Z' | '0'..='9' => slug.push(c),
+            '.' if !slug.is_empty() => slug.push(c),
+            _ if slug.is_empty() || slug.ends_with('-') => {}
+            _ => slug.push('-'),
+        }
+    }
+    slug.trim_end_matches(['-', '.']).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_with_commas_are_quoted() {
+        assert_eq!(quoted("a,b \"c\""), "\"a,b \"\"c\"\"\"");
+        assert_eq!(quoted("plain"), "plain");
+    }
+
+    #[test]
+    fn slugs_are_file_names() {
+        assert_eq!(slug("mis/sobol ≤ 4 bounces"), "mis-sobol-4-bounces");
+        assert_eq!(slug("../x y.2"), "x-y.2");
+        assert_eq!(slug("///"), "");
+    }
+
+    #[test]
+    fn errors_below_the_reference_are_no_numbers() {
+        let row = Row { rel_mse: -1e-6, ..Row::default() };
+        assert_eq!(row.rel_rmse(), None);
+        assert_eq!(Row { rel_mse: 4e-4, ..Row::default() }.rel_rmse(), Some(0.02));
+    }
+}

@@ -1,0 +1,345 @@
+//! Two versions side by side: is the new one slower, less accurate, or does it show another picture?
+//!
+//! Every method that both reports have is held against itself, at the largest number of samples that both have. *Speed* compares the seconds of a
+//! sample, *error* the relative mean square error at equal samples, *picture* the mean radiance, for which no reference is needed. A
+//! loss is called only where it exceeds what is tolerated by more than the spread of repeats explains: the probability of any false alarm in the whole
+//! comparison is kept below 5 %, by Šidák's correction over all its tests. Spreads of time are pooled over the methods of a scene, which the
+//! same machine shakes alike.
+
+use serde::Serialize;
+use surelight_estimate::{Moments, normal_survival, sidak_level, student_t_quantile, student_t_survival};
+
+use crate::{
+    analysis::{CONFIDENCE, Interval},
+    data::{Clock, Data, Row, SceneData},
+    error::BenchError,
+    report::text::factor,
+};
+
+/// Probability of any false alarm in a comparison: a third of it for each kind of test.
+const ALPHA: f64 = 0.05;
+
+/// What is no loss yet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// Share by which time or error may grow: machines differ from day to day.
+    pub ratio: f64,
+    /// Share by which the mean radiance may differ: rounding.
+    pub mean: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { ratio: 0.05, mean: 1e-6 }
+    }
+}
+
+/// A method in two versions.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodChange {
+    /// Scene.
+    pub scene: String,
+    /// Method.
+    pub method: String,
+    /// Samples a pixel at which they are compared.
+    pub spp: u32,
+    /// New seconds over old, with a 95 % interval.
+    pub time: Interval,
+    /// New mean square error over old, likewise; `None` where one is below the reference's noise.
+    pub error: Option<Interval>,
+    /// Relative difference of the mean radiance, likewise; `None` where its error is unknown.
+    pub mean: Option<Interval>,
+    /// Losses beyond what is tolerated and what chance explains.
+    pub losses: Vec<String>,
+}
+
+/// What a comparison found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Every method that both have.
+    pub methods: Vec<MethodChange>,
+    /// What could not be compared.
+    pub notes: Vec<String>,
+    /// What was tolerated.
+    pub tolerance: Tolerance,
+}
+
+impl Comparison {
+    /// Whether anything was lost.
+    pub fn is_loss(&self) -> bool {
+        self.methods.iter().any(|m| !m.losses.is_empty())
+    }
+}
+
+/// A logarithm of a ratio with its standard error.
+struct Shift {
+    value: f64,
+    se: f64,
+    dof: f64,
+}
+
+/// The figures of a method in both versions.
+struct Pair<'a> {
+    scene: &'a SceneData,
+    method: usize,
+    spp: u32,
+    time: [Moments; 2],
+    error: [Moments; 2],
+    rows: [Vec<&'a Row>; 2],
+}
+
+/// Holds `new` against `old`.
+///
+/// # Errors
+/// Where the reports have no method on the same scene in common.
+pub fn compare(old: &Data, new: &Data, tolerance: Tolerance) -> Result<Comparison, BenchError> {
+    let mut notes = Vec::new();
+    let mut pairs = Vec::new();
+    for scene in &new.scenes {
+        match old.scenes.iter().find(|s| s.name == scene.name) {
+            None => notes.push(format!("{} is not in the old report", scene.name)),
+            Some(before) if before.hash != scene.hash => notes.push(format!("{} has changed", scene.name)),
+            Some(before) if [before.width, before.height] != [scene.width, scene.height] => {
+                notes.push(format!("{} was {}x{} pixels", scene.name, before.width, before.height));
+            }
+            Some(before) => pairs.push(of_scene(before, scene)),
+        }
+    }
+    if old.conditions.device != new.conditions.device || old.conditions.cpu != new.conditions.cpu {
+        notes.push(format!(
+            "the old report is of another machine ({}, {}): its times say little",
+            old.conditions.device, old.conditions.cpu
+        ));
+    }
+    let count: usize = pairs.iter().map(Vec::len).sum();
+    if count == 0 {
+        return Err(BenchError::Compare(format!("no method was raced on the same scene ({})", notes.join("; "))));
+    }
+    let level = sidak_level(sidak_level(ALPHA, 3), count);
+    let methods = pairs.iter().flat_map(|of_scene| judge(of_scene, level, tolerance)).collect();
+    Ok(Comparison { methods, notes, tolerance })
+}
+
+/// Methods of a scene that both versions have.
+fn of_scene<'a>(old: &'a SceneData, new: &'a SceneData) -> Vec<Pair<'a>> {
+    let mut pairs = Vec::new();
+    for (method, data) in new.methods.iter().enumerate() {
+        let Some(before) = old.methods.iter().position(|m| m.name == data.name) else { continue };
+        let both = data.checkpoints.iter().filter(|n| old.methods[before].checkpoints.contains(n));
+        let reached = |&&spp: &&u32| {
+            new.rows_of(method).filter(|r| r.spp == spp).count() >= 2
+                && old.rows_of(before).filter(|r| r.spp == spp).count() >= 2
+        };
+        let Some(&spp) = both.filter(reached).max() else { continue };
+        let at = |scene: &'a SceneData, method: usize| -> Vec<&'a Row> {
+            scene.rows_of(method).filter(|r| r.spp == spp).collect()
+        };
+        let rows = [at(old, before), at(new, method)];
+        // Another clock than the new one's would compare apples and pears.
+        let clock: Clock = new.clock;
+        let time = rows.each_ref().map(|rows| rows.iter().map(|r| r.seconds(clock).max(1e-9).ln()).collect());
+        let error = rows
+            .each_ref()
+            .map(|rows| rows.iter().filter(|r| r.rel_mse > 0.0).map(|r| r.rel_mse.ln()).collect::<Moments>());
+        pairs.push(Pair { scene: new, method, spp, time, error, rows });
+    }
+    pairs
+}
+
+/// Judges the methods of a scene, each test at `level`.
+fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> {
+    // One spread of times for the whole scene.
+    let freedom: f64 = pairs.iter().flat_map(|p| &p.time).map(|m| m.count() as f64 - 1.0).sum();
+    let squares: f64 = pairs.iter().flat_map(|p| &p.time).map(|m| (m.count() as f64 - 1.0) * m.variance()).sum();
+    let spread = squares / freedom;
+    let one = |pair: &Pair| {
+        let [old, new] = &pair.time;
+        let time = Shift {
+            value: new.mean() - old.mean(),
+            se: (spread * (1.0 / old.count() as f64 + 1.0 / new.count() as f64)).sqrt(),
+            dof: freedom,
+        };
+        let error = shift(&pair.error);
+        let mean = mean(&pair.rows);
+        let mut losses = Vec::new();
+        let limit = (1.0 + tolerance.ratio).ln();
+        let ratio = |shift: &Shift| shift.interval(f64::exp);
+        if time.exceeds(limit, level) {
+            losses.push(format!("slower: a sample takes {}", factor(&ratio(&time))));
+        }
+        if let Some(error) = error.as_ref().filter(|error| error.exceeds(limit, level)) {
+            losses.push(format!("less accurate: the mean square error is {}", factor(&ratio(error))));
+        }
+        if let Some(mean) = mean.as_ref().filter(|mean| mean.differs(tolerance.mean, level)) {
+            losses.push(format!("another picture: its mean differs by {:+.3} %", 100.0 * mean.value));
+        }
+        MethodChange {
+            scene: pair.scene.name.clone(),
+            method: pair.scene.methods[pair.method].name.clone(),
+            spp: pair.spp,
+            time: ratio(&time),
+            error: error.as_ref().map(ratio),
+            mean: mean.as_ref().map(|mean| mean.interval(|x| x)),
+            losses,
+        }
+    };
+    pairs.iter().map(one).collect()
+}
+
+/// Welch's difference of two means; `None` where one has no spread to judge by.
+fn shift([old, new]: &[Moments; 2]) -> Option<Shift> {
+    if old.count() < 2 || new.count() < 2 {
+        return None;
+    }
+    let (a, b) = (old.variance_of_mean(), new.variance_of_mean());
+    let dof = surelight_estimate::satterthwaite(&[(a, old.count() as f64 - 1.0), (b, new.count() as f64 - 1.0)]);
+    Some(Shift { value: new.mean() - old.mean(), se: (a + b).sqrt(), dof })
+}
+
+/// Relative difference of the mean radiance.
+fn mean(rows: &[Vec<&Row>; 2]) -> Option<Shift> {
+    let of = |rows: &[&Row]| {
+        let n = rows.len() as f64;
+        let variance: f64 = rows.iter().map(|r| r.mean_se.map(|se| se * se)).sum::<Option<f64>>()? / (n * n);
+        Some((rows.iter().map(|r| r.mean).sum::<f64>() / n, variance))
+    };
+    let ((old, a), (new, b)) = (of(&rows[0])?, of(&rows[1])?);
+    (old > 0.0).then(|| Shift { value: (new - old) / old, se: (a + b).sqrt() / old, dof: f64::INFINITY })
+}
+
+impl Shift {
+    /// Probability of something as far above zero by chance.
+    fn p(&self, beyond: f64) -> f64 {
+        let far = self.value - beyond;
+        if self.se == 0.0 {
+            return if far > 0.0 { 0.0 } else { 1.0 };
+        }
+        if self.dof.is_finite() { student_t_survival(far / self.se, self.dof) } else { normal_survival(far / self.se) }
+    }
+
+    /// Whether it is above a limit, one-sided.
+    fn exceeds(&self, limit: f64, level: f64) -> bool {
+        self.p(limit) < level
+    }
+
+    /// Whether it is further from zero than a limit, either way.
+    fn differs(&self, limit: f64, level: f64) -> bool {
+        let mirrored = Self { value: -self.value, ..*self };
+        self.p(limit) < level / 2.0 || mirrored.p(limit) < level / 2.0
+    }
+
+    /// 95 % interval.
+    fn interval(&self, of: impl Fn(f64) -> f64) -> Interval {
+        let half = if self.se == 0.0 { 0.0 } else { student_t_quantile(0.5 + 0.5 * CONFIDENCE, self.dof) * self.se };
+        Interval { value: of(self.value), low: of(self.value - half), high: of(self.value + half) }
+    }
+}
+
+impl std::fmt::Display for Comparison {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for change in &self.methods {
+            let error = change.error.map_or("–".into(), |e| factor(&e));
+            writeln!(
+                f,
+                "{} {} at {} samples: time {}, mean square error {error}",
+                change.scene,
+                change.method,
+                change.spp,
+                factor(&change.time)
+            )?;
+            for loss in &change.losses {
+                writeln!(f, "  LOSS {loss}")?;
+            }
+        }
+        for note in &self.notes {
+            writeln!(f, "note: {note}")?;
+        }
+        let verdict = if self.is_loss() {
+            "the new version has lost something"
+        } else {
+            "no loss beyond what is tolerated and what chance explains"
+        };
+        writeln!(f, "verdict: {verdict}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{conditions::Conditions, data::SCHEMA, testing::synthetic};
+
+    /// Six methods, four repeats, times and errors that scatter by 3 %.
+    fn version(seed: u64, slowness: f64, bias: f64) -> Data {
+        let slow = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0].map(|s| s * slowness);
+        Data { schema: SCHEMA, conditions: Conditions::default(), scenes: vec![synthetic(seed, &slow, 0.03, bias)] }
+    }
+
+    fn losses(seed: u64, slowness: f64, bias: f64) -> Vec<String> {
+        let (old, new) = (version(2 * seed, 1.0, 0.0), version(2 * seed + 1, slowness, bias));
+        let comparison = compare(&old, &new, Tolerance::default()).unwrap();
+        comparison.methods.into_iter().flat_map(|m| m.losses).collect()
+    }
+
+    #[test]
+    fn equal_versions_pass() {
+        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α is used up.
+        let alarms = (0..50).filter(|&seed| !losses(seed, 1.0, 0.0).is_empty()).count();
+        assert!(alarms <= 2, "{alarms}");
+        let strict = Tolerance { ratio: 0.0, mean: 0.0 };
+        let alarms = (0..50)
+            .filter(|&seed| {
+                compare(&version(2 * seed, 1.0, 0.0), &version(2 * seed + 1, 1.0, 0.0), strict).unwrap().is_loss()
+            })
+            .count();
+        assert!(alarms <= 6, "{alarms}"); // 2.5 expected; 99 % of the time 6 at most
+    }
+
+    #[test]
+    fn a_slowdown_of_a_fifth_is_caught() {
+        // 2.1 % standard error of a ratio: 20 % are 6.3 of them beyond the tolerated 5 %, and 3.2 are needed.
+        let caught = (0..50).filter(|&seed| losses(seed, 1.2, 0.0).iter().any(|l| l.starts_with("slower"))).count();
+        assert_eq!(caught, 50);
+        // In one method alone, too.
+        let mut new = version(101, 1.0, 0.0);
+        for row in new.scenes[0].rows.iter_mut().filter(|r| r.method == 3) {
+            row.wall_seconds *= 1.2;
+        }
+        let found = compare(&version(100, 1.0, 0.0), &new, Tolerance::default()).unwrap();
+        let slow: Vec<_> = found.methods.iter().filter(|m| !m.losses.is_empty()).map(|m| m.method.as_str()).collect();
+        assert_eq!(slow, ["method3/sobol"]);
+        assert!(found.is_loss() && found.to_string().contains("LOSS slower"));
+    }
+
+    #[test]
+    fn a_bias_of_one_percent_is_caught() {
+        // Standard error of the difference 0.9·10⁻⁴.
+        for bias in [0.01, -0.01] {
+            let caught = (0..50)
+                .filter(|&seed| losses(seed, 1.0, bias).iter().any(|l| l.starts_with("another picture")))
+                .count();
+            assert_eq!(caught, 50);
+        }
+    }
+
+    #[test]
+    fn more_noise_is_caught_and_less_is_none() {
+        for (factor, lost) in [(1.6, true), (0.6, false)] {
+            let mut new = version(9, 1.0, 0.0);
+            new.scenes[0].rows.iter_mut().for_each(|r| r.rel_mse *= factor);
+            let found = compare(&version(8, 1.0, 0.0), &new, Tolerance::default()).unwrap();
+            assert_eq!(found.methods.iter().any(|m| m.losses.iter().any(|l| l.starts_with("less accurate"))), lost);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_told() {
+        let old = version(1, 1.0, 0.0);
+        let mut new = version(2, 1.0, 0.0);
+        new.scenes[0].hash = "other".into();
+        let error = compare(&old, &new, Tolerance::default()).unwrap_err().to_string();
+        assert!(error.contains("synthetic has changed"), "{error}");
+        let mut elsewhere = version(3, 1.0, 0.0);
+        elsewhere.conditions.cpu = "another".into();
+        assert!(compare(&old, &elsewhere, Tolerance::default()).unwrap().notes[0].contains("another machine"));
+    }
+}

@@ -1,0 +1,30 @@
+//! Speed against accuracy: races the renderer's methods on a scene and reports which reaches a given error first.
+//!
+//! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of them progressively, several times, in turn, and
+//! holds every checkpoint against a [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]: `data.json` and
+//! `data.csv` hold all of it, and everything in the report is computed from it.
+
+pub mod analysis;
+mod campaign;
+pub mod chart;
+pub mod conditions;
+pub mod data;
+mod error;
+pub mod gate;
+pub mod measure;
+mod method;
+mod overlay;
+pub mod pictures;
+mod race;
+mod reference;
+pub mod report;
+#[cfg(test)]
+mod testing;
+mod tracer;
+
+pub use campaign::{WatchAll, campaign};
+pub use error::BenchError;
+pub use method::{Method, MethodWords, Variations};
+pub use overlay::{Peer, read_overlay};
+pub use race::{Budget, Plan, Status, Watch, race};
+pub use tracer::Subject;

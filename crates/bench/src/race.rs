@@ -1,0 +1,396 @@
+//! The race: every method in turn, repeat after repeat, so that a machine that drifts favours none.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use surelight_film::{Display, Film, write_png};
+use surelight_render::Device;
+
+use crate::{
+    data::{Clock, MethodData, Row, SceneData, slug},
+    error::BenchError,
+    measure::{Reference, flip, measure},
+    method::Method,
+    overlay::Peer,
+    pictures,
+    reference::{self, Made},
+    tracer::{Run, Setup, Subject, Tracers},
+};
+
+/// How long each method may run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// Seconds for each method, all its repeats together.
+    Seconds(f64),
+    /// Samples a pixel in each repeat.
+    Samples(u32),
+    /// Seconds for the whole scene, setting up and the reference included.
+    Total(f64),
+}
+
+/// What to race and for how long.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The methods.
+    pub methods: Vec<Method>,
+    /// Repeats of each, at least 2: bands and intervals come from them.
+    pub repeats: u32,
+    /// How long.
+    pub budget: Budget,
+    /// Which seconds count.
+    pub clock: Clock,
+    /// An image to measure errors from, instead of a render.
+    pub reference: Option<PathBuf>,
+    /// Other renderers' points, for the charts.
+    pub peers: Vec<Peer>,
+    /// Brightens the pictures of the report by so many stops.
+    pub exposure: f64,
+}
+
+/// How a race stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// What is being done.
+    pub stage: String,
+    /// Of the whole work, what is done, 0 to 1.
+    pub share: f64,
+    /// Seconds since it began.
+    pub seconds: f64,
+}
+
+/// Told how the race stands, again and again; returns whether to go on.
+pub type Watch<'w> = dyn FnMut(&Status) -> bool + 'w;
+
+/// Of the time that all methods have together, what is spent on the reference.
+const REFERENCE_SHARE: f64 = 0.5;
+
+/// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody waits.
+const MOST_SAMPLES: f64 = 16_777_216.0;
+
+/// Races the methods on a scene. What is measured goes into `data` as soon as it is known and is told to `save`; what is there already, of a race
+/// that was interrupted, is not measured again. Returns false where `watch` stopped it.
+///
+/// # Errors
+/// Where a device, a scene or a disk fails.
+pub fn race(
+    device: &Device,
+    subject: &Subject,
+    plan: &Plan,
+    folder: &Path,
+    data: &mut Option<SceneData>,
+    save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
+    watch: &mut Watch<'_>,
+) -> Result<bool, BenchError> {
+    std::fs::create_dir_all(folder).map_err(|e| BenchError::file(folder, format!("cannot be made: {e}")))?;
+    let mut race = Race {
+        subject,
+        plan,
+        folder,
+        tracers: Tracers::new(device, subject),
+        started: Instant::now(),
+        work: Work::default(),
+        watch,
+    };
+    let Some(setups) = race.set_up()? else { return Ok(false) };
+    let seconds = race.try_out()?;
+    let Some(seconds) = seconds else { return Ok(false) };
+    let lengths = race.lengths(&seconds);
+    let Some(made) = race.reference(&seconds, &lengths, data.as_ref())? else { return Ok(false) };
+    let scene = data.get_or_insert_with(|| race.begin(&setups, &lengths, &made));
+    race.measure_all(scene, &made.reference, save)
+}
+
+/// The work in seconds, as far as it can be told beforehand.
+#[derive(Default)]
+struct Work {
+    done: f64,
+    all: f64,
+}
+
+struct Race<'a, 'w> {
+    subject: &'a Subject,
+    plan: &'a Plan,
+    folder: &'a Path,
+    tracers: Tracers<'a>,
+    started: Instant,
+    work: Work,
+    watch: &'a mut Watch<'w>,
+}
+
+impl Race<'_, '_> {
+    fn tell(&mut self, stage: String, more: f64) -> bool {
+        let share = if self.work.all > 0.0 { ((self.work.done + more) / self.work.all).clamp(0.0, 1.0) } else { 0.0 };
+        (self.watch)(&Status { stage, share, seconds: self.started.elapsed().as_secs_f64() })
+    }
+
+    /// Makes every renderer once.
+    fn set_up(&mut self) -> Result<Option<Vec<Setup>>, BenchError> {
+        let mut setups = Vec::new();
+        for method in &self.plan.methods {
+            if !self.tell(format!("compiling {}", method.name()), 0.0) {
+                return Ok(None);
+            }
+            setups.push(self.tracers.set_up(method)?);
+        }
+        Ok(Some(setups))
+    }
+
+    /// Seconds of a sample a pixel, by each method; this also warms up.
+    fn try_out(&mut self) -> Result<Option<Vec<f64>>, BenchError> {
+        let mut seconds = Vec::new();
+        for method in &self.plan.methods {
+            if !self.tell(format!("trying out {}", method.name()), 0.0) {
+                return Ok(None);
+            }
+            let settings = method.settings(&self.subject.settings);
+            let renderer = self.tracers.of(method)?;
+            let mut run = Run::new(&settings, u32::from(u16::MAX), renderer);
+            run.grow_to(renderer, 1, None, &mut || true)?;
+            let (first, clock) = (run.wall_seconds, self.plan.clock);
+            let more = (0.3 / first.max(1e-4)).clamp(1.0, 16.0) as u32;
+            let before = run.seconds(clock);
+            run.grow_to(renderer, 1 + more, None, &mut || true)?;
+            // The clock of processors ticks in hundredths.
+            let clocked = (run.seconds(clock) - before).max(0.25 * (run.wall_seconds - first));
+            seconds.push((clocked / f64::from(more)).max(1e-7));
+        }
+        Ok(Some(seconds))
+    }
+
+    /// Samples a pixel in each repeat of each method.
+    fn lengths(&self, seconds: &[f64]) -> Vec<u32> {
+        let repeats = f64::from(self.plan.repeats);
+        let methods = self.plan.methods.len() as f64;
+        let a_method = match self.plan.budget {
+            Budget::Samples(n) => return vec![n; seconds.len()],
+            Budget::Seconds(s) => s,
+            Budget::Total(s) => {
+                let reference = if self.plan.reference.is_some() { 0.0 } else { REFERENCE_SHARE };
+                let left = (s - self.started.elapsed().as_secs_f64()).max(0.1 * s);
+                // A tenth goes into pictures and figures.
+                0.9 * left / (1.0 + reference) / methods
+            }
+        };
+        seconds.iter().map(|&s| (a_method / repeats / s).clamp(1.0, MOST_SAMPLES) as u32).collect()
+    }
+
+    /// The image errors are measured from: given, left by an interrupted race, or rendered.
+    fn reference(
+        &mut self,
+        seconds: &[f64],
+        lengths: &[u32],
+        earlier: Option<&SceneData>,
+    ) -> Result<Option<Made>, BenchError> {
+        let plan = self.plan;
+        let settings = &self.subject.settings;
+        let size = [settings.width, settings.height];
+        self.work.all =
+            seconds.iter().zip(lengths).map(|(s, &n)| s * f64::from(n)).sum::<f64>() * f64::from(plan.repeats);
+        if let Some(path) = &plan.reference {
+            return reference::load(path, size).map(Some);
+        }
+        let kept = self.folder.join("reference.exr");
+        if let Some(earlier) = earlier {
+            let mut made = reference::load(&kept, size)?;
+            made.data = earlier.reference.clone();
+            return Ok(Some(made));
+        }
+        // The default finds light in every way that the others do; a method that misses some would be no judge of them.
+        let method = Method::DEFAULT;
+        let known = plan.methods.iter().position(|m| *m == method);
+        let a_sample = match known {
+            Some(index) => seconds[index],
+            None => seconds.iter().sum::<f64>() / seconds.len() as f64,
+        };
+        let longest = lengths.iter().copied().max().unwrap_or(1);
+        let samples = match plan.budget {
+            Budget::Samples(n) => 8.0 * f64::from(n),
+            _ => (REFERENCE_SHARE * self.work.all / a_sample).max(4.0 * known.map_or(0.0, |i| f64::from(lengths[i]))),
+        };
+        let samples = samples.max(64.0).min(64.0 * f64::from(longest).max(4.0)).min(MOST_SAMPLES) as u32;
+        self.work.all += f64::from(samples) * a_sample;
+        let (name, clock) = (method.name(), plan.clock);
+        let settings = method.settings(settings);
+        self.tracers.of(&method)?;
+        let Self { tracers, watch, work, started, .. } = self;
+        let renderer = tracers.of(&method)?;
+        let made = reference::render(renderer, &settings, &name, samples, clock, &mut |spp| {
+            let stage = format!("reference by {name}, {spp} of {samples} samples a pixel");
+            let share = f64::from(spp) * a_sample / work.all;
+            watch(&Status { stage, share, seconds: started.elapsed().as_secs_f64() })
+        })?;
+        self.work.done += f64::from(samples) * a_sample;
+        if let Some(Made { film: Some(film), data, .. }) = &made {
+            reference::save(&kept, film, data, &self.subject.hash)?;
+            let display = self.display();
+            write_png(&self.folder.join("reference.png"), film, &display)?;
+        }
+        Ok(made)
+    }
+
+    fn display(&self) -> Display {
+        Display { exposure_ev: self.plan.exposure, ..Display::default() }
+    }
+
+    /// A report without rows.
+    fn begin(&self, setups: &[Setup], lengths: &[u32], made: &Made) -> SceneData {
+        let Subject { name, file, hash, scene, settings, load_seconds, warnings, .. } = self.subject;
+        let methods = self.plan.methods.iter().zip(setups).zip(lengths);
+        SceneData {
+            name: name.clone(),
+            file: file.clone(),
+            hash: hash.clone(),
+            width: settings.width,
+            height: settings.height,
+            triangles: setups.iter().map(|s| s.triangles).max().unwrap_or(0),
+            repeats: self.plan.repeats,
+            seconds_a_method: match self.plan.budget {
+                Budget::Seconds(s) => Some(s),
+                _ => None,
+            },
+            clock: self.plan.clock,
+            load_seconds: *load_seconds,
+            reference: made.data.clone(),
+            methods: methods
+                .map(|((method, setup), &length)| MethodData {
+                    name: method.name(),
+                    words: method.words(),
+                    biased: method.bias(scene),
+                    checkpoints: checkpoints(length),
+                    prepare_seconds: setup.prepare_seconds,
+                    compile_seconds: setup.compile_seconds,
+                    device_bytes: setup.device_bytes,
+                })
+                .collect(),
+            rows: Vec::new(),
+            warnings: warnings.clone(),
+        }
+    }
+
+    /// All repeats of all methods that are not measured yet.
+    fn measure_all(
+        &mut self,
+        scene: &mut SceneData,
+        reference: &Reference,
+        save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
+    ) -> Result<bool, BenchError> {
+        let count = self.plan.methods.len();
+        for repeat in 0..self.plan.repeats {
+            for turn in 0..count {
+                // Each repeat begins with another method, and every second one goes backwards.
+                let turn = if repeat % 2 == 0 { turn } else { count - 1 - turn };
+                let index = (turn + repeat as usize / 2) % count;
+                if scene.is_complete(index, repeat) {
+                    continue;
+                }
+                // What an interrupted repeat left is measured again, with the same samples.
+                scene.rows.retain(|row| (row.method, row.repeat) != (index, repeat));
+                let went_on = self.measure_one(scene, reference, index, repeat)?;
+                save(scene)?;
+                if !went_on {
+                    return Ok(false);
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// One repeat of one method, checkpoint after checkpoint.
+    fn measure_one(
+        &mut self,
+        scene: &mut SceneData,
+        reference: &Reference,
+        index: usize,
+        repeat: u32,
+    ) -> Result<bool, BenchError> {
+        let method = self.plan.methods[index];
+        let settings = method.settings(&self.subject.settings);
+        let display = self.display();
+        let checkpoints = scene.methods[index].checkpoints.clone();
+        let work = self.work_left(scene);
+        let stage = format!("{}, repeat {} of {}", method.name(), repeat + 1, self.plan.repeats);
+        let mut run = {
+            let renderer = self.tracers.of(&method)?;
+            Run::new(&settings, 1 + repeat, renderer)
+        };
+        for (place, &spp) in checkpoints.iter().enumerate() {
+            let Self { tracers, watch, started, .. } = self;
+            let status = Status { stage: stage.clone(), share: work, seconds: 0.0 };
+            let mut go_on = || watch(&Status { seconds: started.elapsed().as_secs_f64(), ..status.clone() });
+            if !run.grow_to(tracers.of(&method)?, spp, None, &mut go_on)? {
+                return Ok(false);
+            }
+            let last = place + 1 == checkpoints.len();
+            let flip = (repeat == 0).then(|| flip(&run.film, reference, &display));
+            scene.rows.push(row(index, repeat, &run, reference, flip));
+            if last && repeat == 0 {
+                self.pictures(&run.film, reference, &method.name())?;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Share of the work that is done, by the checkpoints measured.
+    fn work_left(&self, scene: &SceneData) -> f64 {
+        let runs = scene.methods.len() * scene.repeats as usize;
+        let done = (0..scene.methods.len())
+            .map(|m| (0..scene.repeats).filter(|&r| scene.is_complete(m, r)).count())
+            .sum::<usize>();
+        let reference = if self.work.all > 0.0 { self.work.done / self.work.all } else { 0.0 };
+        reference + (1.0 - reference) * done as f64 / runs.max(1) as f64
+    }
+
+    /// The picture of a method and where it errs.
+    fn pictures(&self, film: &Film, reference: &Reference, name: &str) -> Result<(), BenchError> {
+        let name = slug(name);
+        write_png(&self.folder.join(format!("{name}.png")), film, &self.display())?;
+        pictures::error_map(&self.folder.join(format!("{name}-error.png")), film, reference)
+    }
+}
+
+/// The checkpoint that a run has reached.
+fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
+    let errors = measure(&run.film, reference);
+    Row {
+        method,
+        repeat,
+        spp: run.spp,
+        batches: run.batches,
+        rays: run.counts.rays,
+        paths: run.counts.paths,
+        device_seconds: run.counts.trace_seconds,
+        wall_seconds: run.wall_seconds,
+        cpu_seconds: run.cpu_seconds,
+        mean: errors.mean,
+        mean_se: errors.mean_se,
+        mean_error: errors.mean_error,
+        mse: errors.mse,
+        rel_mse: errors.rel_mse,
+        predicted_rel_mse: errors.predicted_rel_mse,
+        coverage: errors.coverage,
+        uncertified: (run.batches > 1).then(|| 1.0 - run.film.certify().share()),
+        flip,
+        dropped: run.counts.dropped,
+        truncated: run.counts.truncated,
+    }
+}
+
+/// Powers of two up to `length`, and `length`; the last power gives way where it is close to the end.
+fn checkpoints(length: u32) -> Vec<u32> {
+    let powers = (0..32).map(|k| 1u32 << k).take_while(|&n| 5 * u64::from(n) <= 4 * u64::from(length));
+    powers.chain([length]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checkpoints_double_and_end_where_the_time_does() {
+        assert_eq!(checkpoints(1), [1]);
+        assert_eq!(checkpoints(16), [1, 2, 4, 8, 16]);
+        assert_eq!(checkpoints(19), [1, 2, 4, 8, 19]);
+        assert_eq!(checkpoints(20), [1, 2, 4, 8, 16, 20]);
+        assert_eq!(checkpoints(100), [1, 2, 4, 8, 16, 32, 64, 100]);
+    }
+}
