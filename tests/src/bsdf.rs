@@ -1,7 +1,7 @@
 //! The BSDF probe: materials and directions in, evaluations and samples out.
 
 use bytemuck::{Pod, Zeroable};
-use surelight_render::Features;
+use surelight_render::{Features, sheen_albedos};
 
 use crate::probe::{Probe, features};
 
@@ -29,6 +29,30 @@ pub struct Material {
     pub ior: f32,
     /// 1 for a thin wall.
     pub thin: f32,
+    /// Colour of what the Lambertian base sends to the other side.
+    pub through_color: [f32; 3],
+    /// Its share.
+    pub diffuse_transmission: f32,
+    /// Black: no sheen.
+    pub sheen_color: [f32; 3],
+    /// Sheen roughness².
+    pub sheen_alpha: f32,
+    /// Unit.
+    pub coat_normal: [f32; 3],
+    /// 0 … 1.
+    pub coat: f32,
+    /// Coat roughness².
+    pub coat_alpha: f32,
+    /// Strength of the thin film.
+    pub film: f32,
+    /// Its index.
+    pub film_ior: f32,
+    /// Nanometres.
+    pub film_thickness: f32,
+    /// α along x; `alpha` is then that along y.
+    pub alpha_along: f32,
+    /// Fills the record.
+    pub unused: [f32; 3],
 }
 
 /// What [`BsdfProbe::eval`] returns.
@@ -86,12 +110,24 @@ impl Material {
             eta: 1.5,
             ior: 1.5,
             thin: 0.0,
+            through_color: [1.0; 3],
+            diffuse_transmission: 0.0,
+            sheen_color: [0.0; 3],
+            sheen_alpha: 0.25,
+            coat_normal: [0.0, 0.0, 1.0],
+            coat: 0.0,
+            coat_alpha: 0.01,
+            film: 0.0,
+            film_ior: 1.3,
+            film_thickness: 400.0,
+            alpha_along: 1.0,
+            unused: [0.0; 3],
         }
     }
 
     /// glTF's default dielectric: index 1.5, base colour white.
     pub fn dielectric(alpha: f32, degrees: f64) -> Self {
-        Self { alpha, f0: [0.04; 3], f90: 1.0, ..Self::lambert(degrees) }
+        Self { alpha, alpha_along: alpha, f0: [0.04; 3], f90: 1.0, ..Self::lambert(degrees) }
     }
 
     /// A metal whose reflectance is 1.
@@ -126,36 +162,100 @@ impl Material {
         }
     }
 
+    /// The same under a clear coat of this α, whose normal leans a little.
+    pub fn coated(self, alpha: f32) -> Self {
+        let lean = (1.0_f32 - 0.1 * 0.1 - 0.2 * 0.2).sqrt();
+        Self { coat: 0.8, coat_alpha: alpha, coat_normal: [0.1, -0.2, lean], ..self }
+    }
+
+    /// The same under reddish sheen.
+    pub fn fibrous(self, alpha: f32) -> Self {
+        Self { sheen_color: [0.9, 0.6, 0.3], sheen_alpha: alpha, ..self }
+    }
+
+    /// The same with a thin film.
+    pub fn filmed(self, thickness: f32) -> Self {
+        Self { film: 0.9, film_thickness: thickness, ..self }
+    }
+
+    /// The same with facets that are rougher along x.
+    pub fn brushed(self, alpha_along: f32) -> Self {
+        Self { alpha_along, ..self }
+    }
+
+    /// The same, sending a share of its Lambertian part to the other side.
+    pub fn translucent(self, share: f32) -> Self {
+        Self { diffuse_transmission: share, through_color: [0.2, 0.5, 0.9], ..self }
+    }
+
     /// The features that a kernel for this material alone has.
     pub fn features(&self) -> Features {
         let mut names = Vec::new();
         let conditions = [
-            ("ggx", self.f90 > 0.0 || self.metallic > 0.0),
+            ("ggx", self.f90 > 0.0 || self.metallic > 0.0 || self.has_layers()),
             ("metal", self.metallic > 0.0),
-            ("transmission", self.transmission > 0.0),
-            ("delta_lobes", self.alpha < 1e-4),
+            ("transmission", self.transmission > 0.0 || self.diffuse_transmission > 0.0),
+            ("delta_lobes", self.alpha < 1e-4 || self.coat > 0.0 && self.coat_alpha < 1e-4),
+            ("diffuse_transmission", self.diffuse_transmission > 0.0),
+            ("anisotropy", self.is_brushed()),
+            ("iridescence", self.film > 0.0),
+            ("sheen", self.is_fibrous()),
+            ("clearcoat", self.coat > 0.0),
         ];
         names.extend(conditions.iter().filter(|(_, on)| *on).map(|(name, _)| *name));
         features(&names)
     }
+
+    fn is_fibrous(&self) -> bool {
+        self.sheen_color.iter().any(|&c| c > 0.0)
+    }
+
+    fn is_brushed(&self) -> bool {
+        self.alpha_along != self.alpha
+    }
+
+    fn has_layers(&self) -> bool {
+        self.is_fibrous() || self.coat > 0.0 || self.film > 0.0 || self.diffuse_transmission > 0.0
+    }
 }
+
+/// Features of metals, dielectrics and glass.
+const BASE: [&str; 4] = ["ggx", "metal", "transmission", "delta_lobes"];
+
+/// Features of layers and lobes that extensions add.
+const LAYERS: [&str; 5] = ["diffuse_transmission", "anisotropy", "iridescence", "sheen", "clearcoat"];
+
+/// Where `shaders/bsdf/sheen.wesl` binds its table.
+const SHEEN_BINDING: u32 = 12;
 
 /// Both entry points of shaders/probe/bsdf.wesl, for one set of features.
 pub struct BsdfProbe {
-    eval: Probe,
-    sample: Probe,
+    eval: Entry,
+    sample: Entry,
+}
+
+/// An entry point, and whether it reads the table of the sheen's albedos.
+struct Entry {
+    probe: Probe,
+    sheen: bool,
 }
 
 impl BsdfProbe {
     /// Compiles for these features.
     pub fn new(features: &Features) -> Self {
-        let probe = |entry| Probe::new("package::probe::bsdf", entry, features, &[]);
+        let probe =
+            |entry| Entry { probe: Probe::new("package::probe::bsdf", entry, features, &[]), sheen: features.sheen };
         Self { eval: probe("probe_eval"), sample: probe("probe_sample") }
     }
 
-    /// For everything that a scene may have.
+    /// For everything that a base may have.
     pub fn full() -> Self {
-        Self::new(&features(&["ggx", "metal", "transmission", "delta_lobes"]))
+        Self::new(&features(&BASE))
+    }
+
+    /// For everything that a material may have.
+    pub fn layered() -> Self {
+        Self::new(&features(&[&BASE[..], &LAYERS[..]].concat()))
     }
 
     /// Evaluates one material towards each direction.
@@ -174,13 +274,15 @@ impl BsdfProbe {
     }
 }
 
-fn run<T: Pod>(probe: &Probe, materials: &[Material], triples: &[[f32; 3]], index: impl Fn(usize) -> usize) -> Vec<T> {
+fn run<T: Pod>(entry: &Entry, materials: &[Material], triples: &[[f32; 3]], index: impl Fn(usize) -> usize) -> Vec<T> {
     let mut results = Vec::with_capacity(triples.len());
     for (chunk, start) in triples.chunks(1 << 20).zip((0..).step_by(1 << 20)) {
         let queries: Vec<[f32; 4]> =
             chunk.iter().zip(start..).map(|(&[x, y, z], i)| [x, y, z, index(i) as f32]).collect();
         let inputs = [bytemuck::cast_slice(materials), bytemuck::cast_slice(&queries)];
-        results.extend(probe.run::<T>(&inputs, chunk.len(), chunk.len()));
+        let table = (SHEEN_BINDING, bytemuck::cast_slice(sheen_albedos()));
+        let more = if entry.sheen { std::slice::from_ref(&table) } else { &[] };
+        results.extend(entry.probe.run_with::<T>(&inputs, more, chunk.len(), chunk.len()));
     }
     results
 }

@@ -1,6 +1,6 @@
 //! The material's BSDF in f64, written from the specifications' formulas rather than from the shader, and its albedo by quadrature.
 //!
-//! glTF 2.0 appendix B; KHR_materials_specular, _ior, _transmission; Walter et al. 2007 for rough refraction. Smith's masking is
+//! glTF 2.0 appendix B; KHR_materials_specular, _ior, _transmission, _anisotropy, _diffuse_transmission; Walter et al. 2007 for rough refraction. Smith's masking is
 //! written with Λ and tangents, Fresnel's equations with both angles, refraction with both indices.
 
 use std::f64::consts::{PI, TAU};
@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, dvec3};
 
 use crate::bsdf::Material;
+use crate::layer_oracle::film_reflectance;
 
 /// The lobes' values, each f·|cosθi| in radiance, delta lobes left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +28,7 @@ impl Lobes {
     }
 }
 
-fn f64s(v: [f32; 3]) -> DVec3 {
+pub(crate) fn f64s(v: [f32; 3]) -> DVec3 {
     v.map(f64::from).into()
 }
 
@@ -43,8 +44,16 @@ pub fn fresnel_exact(cos_o: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// What a facet met at this cosine reflects, and the factors of diffuse base and transmission.
-fn shares(m: &Material, cosine: f64) -> (DVec3, DVec3, DVec3) {
+/// What becomes of light at a facet.
+struct Shares {
+    reflected: DVec3,
+    diffuse: DVec3,
+    through: DVec3,
+    transmitted: DVec3,
+}
+
+/// What a facet met at this cosine reflects, and the factors of diffuse base, diffuse transmission and transmission.
+fn shares(m: &Material, cosine: f64) -> Shares {
     let (f0, f90, base) = (f64s(m.f0), f64::from(m.f90), f64s(m.base_color));
     let schlick = (1.0 - cosine).max(0.0).powi(5);
     let (mut weight, mut total) = (schlick, false);
@@ -54,26 +63,49 @@ fn shares(m: &Material, cosine: f64) -> (DVec3, DVec3, DVec3) {
         weight = (fresnel_exact(cosine, eta) - normal) / (1.0 - normal);
         total = 1.0 - cosine * cosine >= eta * eta;
     }
-    let dielectric = if total { DVec3::ONE } else { (f0 + (DVec3::splat(f90) - f0) * weight).max(DVec3::ZERO) };
-    let metal = base + (DVec3::ONE - base) * schlick;
+    let film = f64::from(m.film);
+    let mut dielectric = (f0 + (DVec3::splat(f90) - f0) * weight).max(DVec3::ZERO);
+    let mut metal = base + (DVec3::ONE - base) * schlick;
+    if film > 0.0 {
+        let within = m.transmission > 0.0 && m.thin == 0.0 && m.eta < 1.0;
+        let in_air =
+            if within { (1.0 - (1.0 - cosine * cosine) / f64::from(m.eta).powi(2)).max(0.0).sqrt() } else { cosine };
+        dielectric = dielectric.lerp(film_reflectance(m, in_air, f0), film);
+        metal = metal.lerp(film_reflectance(m, cosine, base), film);
+    }
+    if total {
+        dielectric = DVec3::ONE;
+    }
     let (metallic, transmission) = (f64::from(m.metallic), f64::from(m.transmission));
-    let below = base * (1.0 - dielectric.max_element()) * (1.0 - metallic);
-    (dielectric.lerp(metal, metallic), below * (1.0 - transmission), below * transmission)
+    let below = (1.0 - dielectric.max_element()) * (1.0 - metallic);
+    let across = f64::from(m.diffuse_transmission);
+    Shares {
+        reflected: dielectric.lerp(metal, metallic),
+        diffuse: base * below * (1.0 - transmission) * (1.0 - across),
+        through: f64s(m.through_color) * below * (1.0 - transmission) * across,
+        transmitted: base * below * transmission,
+    }
 }
 
-fn ggx_d(alpha: f64, h: DVec3) -> f64 {
+/// α along x and y.
+fn alphas(m: &Material) -> [f64; 2] {
+    [f64::from(m.alpha_along), f64::from(m.alpha)]
+}
+
+/// tan²θ · α² in the azimuth of a direction.
+fn slope([x, y]: [f64; 2], w: DVec3) -> f64 {
+    ((w.x * x).powi(2) + (w.y * y).powi(2)) / (w.z * w.z)
+}
+
+pub(crate) fn ggx_d([x, y]: [f64; 2], h: DVec3) -> f64 {
     let cos2 = h.z * h.z;
-    let tan2 = (h.x * h.x + h.y * h.y) / cos2;
-    let a2 = alpha * alpha;
-    a2 / (PI * cos2 * cos2 * (a2 + tan2).powi(2))
+    let tan2 = ((h.x / x).powi(2) + (h.y / y).powi(2)) / cos2;
+    1.0 / (PI * x * y * cos2 * cos2 * (1.0 + tan2).powi(2))
 }
 
 /// Height-correlated masking and shadowing.
-fn ggx_g2(alpha: f64, o: DVec3, i: DVec3) -> f64 {
-    let lambda = |w: DVec3| {
-        let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-        ((1.0 + alpha * alpha * tan2).sqrt() - 1.0) / 2.0
-    };
+pub(crate) fn ggx_g2(alpha: [f64; 2], o: DVec3, i: DVec3) -> f64 {
+    let lambda = |w: DVec3| ((1.0 + slope(alpha, w)).sqrt() - 1.0) / 2.0;
     1.0 / (1.0 + lambda(o) + lambda(i))
 }
 
@@ -83,7 +115,7 @@ fn facet(m: &Material, o: DVec3, i: DVec3) -> Option<(DVec3, f64)> {
     if !solid_transmission {
         let mirror = dvec3(i.x, i.y, i.z.abs());
         let h = (o + mirror).normalize();
-        return Some((h, ggx_g2(f64::from(m.alpha), o, i) / (4.0 * o.z)));
+        return Some((h, ggx_g2(alphas(m), o, i) / (4.0 * o.z)));
     }
     // Indices on the sides of o and i; Walter et al. 2007, equations 16 and 21.
     let (eta_o, eta_i) = (1.0, f64::from(m.eta));
@@ -97,22 +129,33 @@ fn facet(m: &Material, o: DVec3, i: DVec3) -> Option<(DVec3, f64)> {
     }
     // Light comes along i and leaves along o; radiance shrinks with the solid angle: η_o² / (η_i (i·h) + η_o (o·h))².
     let bend = eta_o * eta_o / (eta_i * ih + eta_o * oh).powi(2);
-    Some((h, (oh * ih).abs() / o.z * bend * ggx_g2(f64::from(m.alpha), o, i)))
+    Some((h, (oh * ih).abs() / o.z * bend * ggx_g2(alphas(m), o, i)))
 }
 
 /// The lobes of a material from its `wo` towards `wi`.
 pub fn lobes(m: &Material, wi: DVec3) -> Lobes {
     let (o, i) = (f64s(m.wo).normalize(), wi.normalize());
-    let Some((h, factor)) = facet(m, o, i).filter(|_| o.z > 0.0 && i.z != 0.0) else {
-        return Lobes::default();
+    let exists = o.z > 0.0 && i.z != 0.0;
+    let Some((h, factor)) = facet(m, o, i).filter(|_| exists) else {
+        let diffuse = if exists && i.z < 0.0 { through(m, o, i) } else { DVec3::ZERO };
+        return Lobes { diffuse, ..Lobes::default() };
     };
-    let (reflected, diffuse, transmitted) = shares(m, o.dot(h));
-    let microfacets = if m.alpha < 1e-4 { 0.0 } else { ggx_d(f64::from(m.alpha), h) * factor };
+    let at = shares(m, o.dot(h));
+    let microfacets = if m.alpha < 1e-4 { 0.0 } else { ggx_d(alphas(m), h) * factor };
     if i.z > 0.0 {
-        Lobes { diffuse: diffuse * i.z / PI, reflected: reflected * microfacets, transmitted: DVec3::ZERO }
-    } else {
-        Lobes { transmitted: transmitted * microfacets, ..Lobes::default() }
+        return Lobes {
+            diffuse: at.diffuse * i.z / PI,
+            reflected: at.reflected * microfacets,
+            transmitted: DVec3::ZERO,
+        };
     }
+    Lobes { diffuse: through(m, o, i), reflected: DVec3::ZERO, transmitted: at.transmitted * microfacets }
+}
+
+/// What the Lambertian base sends to the other side, weighted as for the direction mirrored to this side.
+fn through(m: &Material, o: DVec3, i: DVec3) -> DVec3 {
+    let h = (o + dvec3(i.x, i.y, -i.z)).normalize();
+    shares(m, o.dot(h)).through * -i.z / PI
 }
 
 fn reflect(o: DVec3, h: DVec3) -> DVec3 {
@@ -128,7 +171,7 @@ fn refract(o: DVec3, h: DVec3, eta: f64) -> Option<DVec3> {
 /// Integrals of the lobes over wi: what each scatters of a uniform radiance 1.
 ///
 /// The base by the midpoint rule over the cosine-weighted hemisphere; the microfacet lobes over all normals by D·cosθ, so that D
-/// cancels and any α is as easy. `n` points in each of two dimensions.
+/// cancels and any α is as easy. `n` points in each of two dimensions. For isotropic facets, and without diffuse transmission.
 pub fn albedo(m: &Material, n: usize) -> Lobes {
     let o = f64s(m.wo).normalize();
     let alpha = f64::from(m.alpha);
@@ -150,11 +193,11 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
                 continue;
             }
             // Value without D, over the density of h without D, over the density of wi against that of h.
-            let (reflected, _, transmitted) = shares(m, oh);
+            let Shares { reflected, transmitted, .. } = shares(m, oh);
             let weight = oh * density / cos;
             let mirror = reflect(o, h);
             if mirror.z > 0.0 {
-                let g = ggx_g2(alpha, o, mirror) / (4.0 * o.z);
+                let g = ggx_g2([alpha; 2], o, mirror) / (4.0 * o.z);
                 sum.reflected += reflected * g * 4.0 * weight;
                 if m.thin != 0.0 {
                     sum.transmitted += transmitted * g * 4.0 * weight;
@@ -164,7 +207,7 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
             if m.transmission > 0.0 && m.thin == 0.0 {
                 let Some(i) = refract(o, h, eta).filter(|i| i.z < 0.0) else { continue };
                 // What remains of Walter's formula over |i·h| η_i² / (η_i (i·h) + η_o (o·h))² is 1/η_i².
-                sum.transmitted += transmitted * ggx_g2(alpha, o, i) * weight / (o.z * eta * eta);
+                sum.transmitted += transmitted * ggx_g2([alpha; 2], o, i) * weight / (o.z * eta * eta);
             }
         }
     }

@@ -8,11 +8,10 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 19] = [
+const IMPLIED: [(&str, &[&str]); 33] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
-    ("tangents", &["normal_texture", "textures"]),
     ("emissive_texture", &["textures", "emission"]),
     ("specular_texture", &["textures", "ggx"]),
     ("specular_color_texture", &["textures", "ggx"]),
@@ -22,6 +21,21 @@ const IMPLIED: [(&str, &[&str]); 19] = [
     ("delta_lobes", &["ggx"]),
     ("transmission", &["ggx"]),
     ("volume", &["transmission", "ggx"]),
+    ("diffuse_transmission", &["transmission", "ggx"]),
+    ("anisotropy", &["ggx", "tangents"]),
+    ("iridescence", &["ggx"]),
+    ("sheen", &["ggx"]),
+    ("clearcoat", &["ggx"]),
+    ("clearcoat_texture", &["clearcoat", "textures", "ggx"]),
+    ("clearcoat_roughness_texture", &["clearcoat", "textures", "ggx"]),
+    ("clearcoat_normal_texture", &["clearcoat", "textures", "tangents", "ggx"]),
+    ("sheen_color_texture", &["sheen", "textures", "ggx"]),
+    ("sheen_roughness_texture", &["sheen", "textures", "ggx"]),
+    ("anisotropy_texture", &["anisotropy", "textures", "tangents", "ggx"]),
+    ("iridescence_texture", &["iridescence", "textures", "ggx"]),
+    ("iridescence_thickness_texture", &["iridescence", "textures", "ggx"]),
+    ("diffuse_transmission_texture", &["diffuse_transmission", "transmission", "textures", "ggx"]),
+    ("diffuse_transmission_color_texture", &["diffuse_transmission", "transmission", "textures", "ggx"]),
     ("area_lights", &["emission", "light_sampling"]),
     ("punctual_lights", &["light_sampling"]),
     ("environment_map", &["light_sampling"]),

@@ -2,7 +2,9 @@
 
 pub mod bsdf;
 pub mod bsdf_oracle;
+pub mod chi2;
 pub mod features;
+pub mod layer_oracle;
 pub mod light;
 pub mod probe;
 pub mod random;

@@ -70,22 +70,32 @@ impl Probe {
 
     /// Runs at least `lanes` lanes over the inputs; returns the result buffer of `results` elements, zero where not written.
     pub fn run<T: bytemuck::Pod>(&self, inputs: &[&[u8]], lanes: usize, results: usize) -> Vec<T> {
+        self.run_with(inputs, &[], lanes, results)
+    }
+
+    /// Likewise, with inputs more at bindings of their own.
+    pub fn run_with<T: bytemuck::Pod>(
+        &self,
+        inputs: &[&[u8]],
+        more: &[(u32, &[u8])],
+        lanes: usize,
+        results: usize,
+    ) -> Vec<T> {
         let Gpu { device, queue } = gpu();
         let bytes = (results * size_of::<T>()) as u64;
         let buffer = |usage| wgpu::BufferDescriptor { label: None, size: bytes, usage, mapped_at_creation: false };
         let output = device.create_buffer(&buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC));
         let staging = device.create_buffer(&buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST));
-        let mut buffers: Vec<_> = inputs
+        let input = |contents| {
+            let usage = wgpu::BufferUsages::STORAGE;
+            device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+        };
+        let mut buffers: Vec<_> = (0u32..).zip(inputs.iter().map(|contents| input(contents))).collect();
+        buffers.push((inputs.len() as u32, output.clone()));
+        buffers.extend(more.iter().map(|&(binding, contents)| (binding, input(contents))));
+        let entries: Vec<_> = buffers
             .iter()
-            .map(|contents| {
-                let usage = wgpu::BufferUsages::STORAGE;
-                device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
-            })
-            .collect();
-        buffers.push(output.clone());
-        let entries: Vec<_> = (0u32..)
-            .zip(&buffers)
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+            .map(|(binding, b)| wgpu::BindGroupEntry { binding: *binding, resource: b.as_entire_binding() })
             .collect();
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,

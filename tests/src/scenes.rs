@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec4};
 use surelight_scene::{
-    AlphaMode, Camera, Environment, EnvironmentMap, Filter, Image, Instance, Light, LightKind, Material, Mesh,
-    NormalTexture, Projection, Scene, Texture, TextureRef, Volume, Wrap,
+    AlphaMode, Anisotropy, Camera, Clearcoat, DiffuseTransmission, Environment, EnvironmentMap, Filter, Image,
+    Instance, Iridescence, Light, LightKind, Material, Mesh, NormalTexture, Projection, Scene, Sheen, Texture,
+    TextureRef, Volume, Wrap,
     procedural::{furnace, probes, shapes::Shape},
 };
 
@@ -88,6 +89,32 @@ pub fn with_everything(mut scene: Scene) -> Scene {
         transmission: 0.5,
         transmission_texture: texture(6),
         volume: Some(Volume { attenuation_distance: 1.0, attenuation_color: [0.5; 3] }),
+        clearcoat: Clearcoat {
+            factor: 0.5,
+            texture: texture(7),
+            roughness: 0.3,
+            roughness_texture: texture(8),
+            normal_texture: texture(9).map(|texture| NormalTexture { texture, scale: 0.25 }),
+        },
+        sheen: Sheen {
+            color: [0.3, 0.2, 0.1],
+            color_texture: texture(10),
+            roughness: 0.5,
+            roughness_texture: texture(11),
+        },
+        anisotropy: Anisotropy { strength: 0.5, rotation: 1.0, texture: texture(12) },
+        iridescence: Iridescence {
+            factor: 0.5,
+            texture: texture(13),
+            thickness_texture: texture(14),
+            ..Iridescence::default()
+        },
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.5,
+            texture: texture(15),
+            color: [0.9, 0.5, 0.2],
+            color_texture: texture(16),
+        },
         ..Material::default()
     };
     scene.materials.push(general);

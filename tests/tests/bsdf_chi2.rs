@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use surelight_estimate::{chi_squared_test, sidak_level};
-use surelight_tests::bsdf::{BsdfProbe, Material, uniforms};
-use surelight_tests::sphere::SphereCells;
+use surelight_estimate::sidak_level;
+use surelight_tests::bsdf::{BsdfProbe, Material};
+use surelight_tests::chi2::{self, Outcome};
 
 const SAMPLES: usize = 1_000_000;
 const ALPHA: f64 = 0.01;
@@ -13,48 +13,8 @@ const ANGLES: [f64; 4] = [0.0, 30.0, 75.0, 89.9];
 
 static PROBE: LazyLock<BsdfProbe> = LazyLock::new(BsdfProbe::full);
 
-/// Where narrow lobes point: mirrored, straight through, refracted.
-fn peaks(m: &Material) -> Vec<[f32; 3]> {
-    let [x, y, z] = m.wo;
-    let s = (x * x + y * y) / (m.eta * m.eta);
-    let mut peaks = vec![[-x, -y, z], [-x, -y, -z]];
-    if s < 1.0 {
-        peaks.push([-x / m.eta, -y / m.eta, -(1.0 - s).sqrt()]);
-    }
-    peaks
-}
-
-fn cells(m: &Material) -> SphereCells {
-    // Below the horizon, facets that refract exist on one side of the plane in which their normal would be horizontal.
-    let edge = f64::from(-m.wo[2] / m.eta).max(-1.0);
-    SphereCells::new(&peaks(m), f64::from(m.alpha.max(1e-3)), edge, |directions| {
-        PROBE.eval(m, directions).iter().map(|e| f64::from(e.pdf)).collect()
-    })
-}
-
-struct Outcome {
-    p: f64,
-    /// Integral of the pdf.
-    mass: f64,
-    /// Cells compared, less one.
-    dof: f64,
-    cells: usize,
-}
-
-/// χ² of samples of `drawn` in cells that hold the pdf of `claimed`. Invalid and delta samples share one more cell.
 fn outcome(drawn: &Material, claimed: &Material, seed: u64) -> Outcome {
-    let cells = cells(claimed);
-    let samples = PROBE.sample(drawn, &uniforms(SAMPLES, seed));
-    let counted = samples.iter().filter(|s| s.is_valid() && !s.is_delta()).map(|s| s.wi);
-    let (observed, expected) = cells.counts(counted, SAMPLES);
-    let test = chi_squared_test(&observed, &expected, 5.0).unwrap_or_else(|e| panic!("{claimed:?}: {e}"));
-    if test.p < 1e-4 {
-        let mut worst: Vec<_> =
-            observed.iter().zip(&expected).map(|(&o, &e)| ((o as f64 - e) / e.max(1.0).sqrt(), o, e)).collect();
-        worst.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-        println!("{claimed:?}\nworst cells (deviation, observed, expected): {:?}", &worst[..5.min(worst.len())]);
-    }
-    Outcome { p: test.p, mass: cells.mass(), dof: test.dof, cells: observed.len() }
+    chi2::outcome(&PROBE, drawn, claimed, SAMPLES, seed)
 }
 
 /// Tests a kind of material over roughness and angle, each at the level that makes false alarms rare over all of them.

@@ -48,7 +48,8 @@ fn everything_at_once() {
 }
 
 /// What each binding is for: a kernel has it when one of these features is on, and only then.
-const BINDINGS: [(&str, &[&str]); 7] = [
+const BINDINGS: [(&str, &[&str]); 8] = [
+    ("sheen_albedos", &["sheen"]),
     ("texture_uses", &["textures"]),
     ("texels", &["textures"]),
     ("light_table", &["light_sampling"]),
@@ -56,6 +57,16 @@ const BINDINGS: [(&str, &[&str]); 7] = [
     ("punctual_lights", &["punctual_lights"]),
     ("environment_texels", &["environment_map"]),
     ("instances", &["instances"]),
+];
+
+/// Words that only a kernel with the feature may hold: in functions, records and variables.
+const ABSENT: [(&[&str], &str); 6] = [
+    (&["sheen"], "sheen"),
+    (&["coat"], "clearcoat"),
+    (&["film"], "iridescence"),
+    (&["anisotropy", "Grain"], "anisotropy"),
+    (&["through_color"], "diffuse_transmission"),
+    (&["refract", "transmitted"], "transmission"),
 ];
 
 #[test]
@@ -69,6 +80,13 @@ fn shipped_scenes_have_what_they_need_and_no_more() {
             let wanted = features.list().iter().any(|&(name, on, _)| on && needs.contains(&name));
             let found = shader.module.global_variables.iter().any(|(_, g)| g.name.as_deref() == Some(binding));
             assert_eq!(found, wanted, "binding {binding} of {scenes:?}");
+        }
+        for (words, feature) in ABSENT {
+            let on = features.list().iter().any(|&(name, on, _)| on && name == feature);
+            let found = words.iter().find(|word| shader.wgsl.contains(*word));
+            assert!(on || found.is_none(), "{found:?} in the kernel of {scenes:?}, which has no {feature}");
+            // The words are right: a kernel with the feature has them.
+            assert!(!on || found.is_some(), "no word of {feature} in the kernel of {scenes:?}");
         }
     }
     println!("{} sets of features in all", sets.len());

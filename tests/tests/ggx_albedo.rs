@@ -3,20 +3,32 @@
 
 use glam::DVec3;
 use surelight_render::Settings;
-use surelight_scene::{Environment, Material, Scene, procedural::shapes::Shape};
+use surelight_scene::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Environment, Iridescence, Material, Scene, Sheen,
+    procedural::shapes::Shape,
+};
 use surelight_tests::bsdf::Material as Probed;
 use surelight_tests::bsdf_oracle::albedo;
+use surelight_tests::layer_oracle::Layered;
 use surelight_tests::render::{Judge, render};
 use surelight_tests::scenes::{add, look_at, map, orthographic};
 
 /// Pictures in this file.
-const PICTURES: usize = 36;
+const PICTURES: usize = 60;
+
+/// What the material scatters of light from everywhere, by quadrature.
+fn exact(probed: &Probed, n: usize) -> DVec3 {
+    if probed.features().clearcoat || probed.features().sheen || probed.alpha != probed.alpha_along {
+        return Layered::new(probed).albedos(n).iter().sum();
+    }
+    albedo(probed, n).sum()
+}
 
 /// `seed`: pictures with the same seed would err alike.
 fn check(name: &str, seed: u32, material: Material, probed: impl Fn(f64) -> Probed) {
     for (degrees, look) in [(0.0f64, 0), (60.0, 2), (80.0, 4)] {
-        let exact = albedo(&probed(degrees), 384).sum();
-        let half = albedo(&probed(degrees), 192).sum();
+        let half = exact(&probed(degrees), 192);
+        let exact = exact(&probed(degrees), 384);
         // The error of quadrature is at most its change from half the points.
         let resolution = ((exact - half) / exact).abs().max_element().max(2e-5);
         assert!(resolution < 1e-3, "{name} at {degrees}°: quadrature has not converged: {half}, {exact}");
@@ -69,4 +81,70 @@ fn dielectrics() {
         let probed = |degrees| Probed { base_color: base, ..Probed::dielectric(alpha, degrees) };
         check(&format!("dielectric, α {alpha}"), seed, material, probed);
     }
+}
+
+/// Seen from the camera of `check`, in a frame whose x is the tangent (the world's X).
+fn seen(m: Probed, degrees: f64) -> Probed {
+    let (s, c) = degrees.to_radians().sin_cos();
+    Probed { wo: [(0.6 * s) as f32, (-0.8 * s) as f32, c as f32], ..m }
+}
+
+#[test]
+fn coated_velvet() {
+    let base = [0.8, 0.5, 0.2];
+    let material = Material {
+        base_color: [base[0], base[1], base[2], 1.0],
+        metallic: 0.0,
+        roughness: 0.6,
+        clearcoat: Clearcoat { factor: 0.8, roughness: 0.5, ..Clearcoat::default() },
+        sheen: Sheen { color: [0.9, 0.6, 0.3], roughness: 0.7, ..Sheen::default() },
+        ..Material::default()
+    };
+    let alpha = |roughness: f32| roughness * roughness;
+    check("coated velvet", 7, material, |degrees| {
+        let m = Probed::dielectric(alpha(0.6), degrees).fibrous(alpha(0.7)).coated(alpha(0.5));
+        seen(Probed { base_color: base, coat_normal: [0.0, 0.0, 1.0], ..m }, degrees)
+    });
+}
+
+/// A grain turned by 90° lies along y.
+#[test]
+fn brushed_metal() {
+    let base = [0.9, 0.6, 0.3];
+    for (turn, seed) in [(0.0f32, 8), (std::f32::consts::FRAC_PI_2, 9)] {
+        let material = Material {
+            base_color: [base[0], base[1], base[2], 1.0],
+            roughness: 0.5,
+            anisotropy: Anisotropy { strength: 0.8, rotation: turn, texture: None },
+            ..Material::default()
+        };
+        let (alpha, along) = (0.25, 0.25 + 0.75 * 0.64);
+        check(&format!("metal brushed at {turn}"), seed, material, |degrees| {
+            let m = seen(Probed { base_color: base, ..Probed::metal(alpha, degrees).brushed(along) }, degrees);
+            if turn == 0.0 { m } else { Probed { alpha: along, alpha_along: alpha, ..m } }
+        });
+    }
+}
+
+#[test]
+fn filmed_leaf() {
+    let base = [0.2, 0.6, 0.3];
+    let material = Material {
+        base_color: [base[0], base[1], base[2], 1.0],
+        metallic: 0.0,
+        roughness: 0.7,
+        iridescence: Iridescence { factor: 0.9, thickness_maximum: 300.0, ..Iridescence::default() },
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.4,
+            color: [0.2, 0.5, 0.9],
+            ..DiffuseTransmission::default()
+        },
+        // For the oracle's other quadrature.
+        sheen: Sheen { color: [0.0, 0.01, 0.0], roughness: 1.0, ..Sheen::default() },
+        ..Material::default()
+    };
+    check("leaf with a film", 10, material, |degrees| {
+        let m = Probed::dielectric(0.49, degrees).filmed(300.0).translucent(0.4);
+        seen(Probed { base_color: base, sheen_color: [0.0, 0.01, 0.0], sheen_alpha: 1.0, ..m }, degrees)
+    });
 }

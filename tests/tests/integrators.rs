@@ -9,7 +9,7 @@ use surelight_estimate::welch_test;
 use surelight_film::Film;
 use surelight_render::{Directions, Integrator, Sampler, Settings};
 use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::{Environment, Light, LightKind, Material, Scene};
+use surelight_scene::{Clearcoat, DiffuseTransmission, Environment, Light, LightKind, Material, Scene, Sheen};
 use surelight_tests::render::{all, pooled, prepare, render, trace};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;
@@ -18,7 +18,7 @@ const SIZE: [u32; 2] = [24, 24];
 const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
 
 /// Comparisons in this file; levels are Šidák's over all of them.
-const PICTURES: usize = 16;
+const PICTURES: usize = 19;
 
 fn metal(roughness: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5, 1.0], roughness, double_sided: true, ..Material::default() }
@@ -112,6 +112,36 @@ fn forms_agree_under_a_lamp() {
 #[test]
 fn forms_agree_about_glass() {
     check(&glass_balls(), &forms(7), 0.04);
+}
+
+/// Coats over what scatters and over what shines, fibres, and a leaf that lets light through to the wall behind it.
+#[test]
+fn forms_agree_about_layers() {
+    let velvet = Material {
+        sheen: Sheen { color: [0.8, 0.7, 0.6], roughness: 0.5, ..Sheen::default() },
+        clearcoat: Clearcoat { factor: 0.7, roughness: 0.6, ..Clearcoat::default() },
+        ..plastic(0.5)
+    };
+    let mut scene = corner("layers", velvet, metal(0.6));
+    let leaf = Material {
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.6,
+            color: [0.3, 0.9, 0.4],
+            ..DiffuseTransmission::default()
+        },
+        ..plastic(0.7)
+    };
+    add(&mut scene, Shape::parallelogram(DVec3::new(0.0, 1.5, 0.2), DVec3::X * 0.6, DVec3::Z * 0.6), leaf);
+    let lamp = Shape::parallelogram(DVec3::new(0.0, 2.2, 0.3), DVec3::X * 0.9, DVec3::Z * 0.9);
+    let coat = Clearcoat { factor: 1.0, roughness: 0.7, ..Clearcoat::default() };
+    add(&mut scene, lamp, Material { clearcoat: coat, ..emitter([4.0, 3.0, 2.0]) });
+    let directions = |directions, k: u32| settings(Integrator::Hemisphere(directions), 20 + k);
+    let ways = [
+        ("hemisphere, by the BSDF", directions(Directions::Bsdf, 0), 64),
+        ("hemisphere, uniform", directions(Directions::Uniform, 1), 128),
+        ("area", settings(Integrator::Area, 22), 64),
+    ];
+    check(&scene, &ways, 0.03);
 }
 
 #[test]

@@ -56,6 +56,26 @@ features! {
     specular_color_texture,
     /// Transmission textures.
     transmission_texture,
+    /// Clear coat strength textures.
+    clearcoat_texture,
+    /// Clear coat roughness textures.
+    clearcoat_roughness_texture,
+    /// Clear coat normal maps.
+    clearcoat_normal_texture,
+    /// Sheen colour textures.
+    sheen_color_texture,
+    /// Sheen roughness textures.
+    sheen_roughness_texture,
+    /// Anisotropy textures.
+    anisotropy_texture,
+    /// Thin film strength textures.
+    iridescence_texture,
+    /// Thin film thickness textures.
+    iridescence_thickness_texture,
+    /// Diffuse transmission strength textures.
+    diffuse_transmission_texture,
+    /// Diffuse transmission colour textures.
+    diffuse_transmission_color_texture,
     /// Alpha masks or blending: coverage is tested while walking the BVH.
     alpha,
     /// Microfacet reflection; without it every surface is Lambert's.
@@ -66,6 +86,16 @@ features! {
     delta_lobes,
     /// Some surface may transmit light.
     transmission,
+    /// Some Lambertian base sends light to its other side.
+    diffuse_transmission,
+    /// Facets that are rougher along one direction.
+    anisotropy,
+    /// Thin films that colour the reflection.
+    iridescence,
+    /// A layer of fibres over some surface.
+    sheen,
+    /// A clear coat over some surface.
+    clearcoat,
     /// Absorbing media inside closed meshes.
     volume,
     /// Unlit materials.

@@ -11,7 +11,7 @@ use crate::{
     features::Features,
     kernel::{Checks, Kernel, Resource, Resources},
     pass::{Control, FeaturePixel, GROUP, Pass, Tile},
-    prepare::{InstanceRows, Prepared},
+    prepare::{InstanceRows, Prepared, sheen_albedos},
     reflect::RecordLayout,
     upload::Uploader,
 };
@@ -372,6 +372,9 @@ pub(crate) fn scene_resources(
     storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
     storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area))?;
     storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
+    if features.sheen {
+        storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;
+    }
     if let Some(environment) = &prepared.environment {
         let alias: Vec<[u32; 2]> = environment.alias.iter().map(|s| [s.threshold.to_bits(), s.alias]).collect();
         storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;

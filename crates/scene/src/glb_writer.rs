@@ -5,6 +5,7 @@
 
 mod buffer;
 mod document;
+mod layers;
 mod material;
 
 use glam::{DAffine3, DMat3, DVec3};

@@ -1,3 +1,4 @@
+use crate::layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 use crate::texture::TextureRef;
 
 /// A glTF metallic-roughness material with the extensions that Surelight knows, by their glTF names and defaults.
@@ -45,6 +46,18 @@ pub struct Material {
     pub transmission_texture: Option<TextureRef>,
     /// KHR_materials_volume with a thickness above 0; `None` is a thin wall.
     pub volume: Option<Volume>,
+    /// KHR_materials_dispersion: 20 over the Abbe number; 0 is none.
+    pub dispersion: f32,
+    /// KHR_materials_clearcoat.
+    pub clearcoat: Clearcoat,
+    /// KHR_materials_sheen.
+    pub sheen: Sheen,
+    /// KHR_materials_anisotropy.
+    pub anisotropy: Anisotropy,
+    /// KHR_materials_iridescence.
+    pub iridescence: Iridescence,
+    /// KHR_materials_diffuse_transmission.
+    pub diffuse_transmission: DiffuseTransmission,
 }
 
 /// A homogeneous absorbing medium inside a closed mesh.
@@ -99,6 +112,12 @@ impl Default for Material {
             transmission: 0.0,
             transmission_texture: None,
             volume: None,
+            dispersion: 0.0,
+            clearcoat: Clearcoat::default(),
+            sheen: Sheen::default(),
+            anisotropy: Anisotropy::default(),
+            iridescence: Iridescence::default(),
+            diffuse_transmission: DiffuseTransmission::default(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use surelight_scene::{AlphaMode, Material, Scene, Volume};
 
+use super::slots::Slot;
 use super::textures::Textures;
 use crate::reflect::{RecordLayout, RecordWriter};
 
@@ -14,66 +15,70 @@ const FLAG_NOT_OPAQUE: u32 = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub(crate) material: Material,
-    base_color: u32,
-    metallic_roughness: u32,
-    normal: u32,
-    emissive: u32,
-    specular: u32,
-    specular_color: u32,
-    transmission: u32,
+    /// Indices of texture uses, by slot.
+    textures: [u32; Slot::ALL.len()],
 }
 
 impl PreparedMaterial {
     /// Gathers the material's textures. A texture whose factor is 0 is not looked up, so it is left out.
     pub(crate) fn new(scene: &Scene, material: &Material, textures: &mut Textures) -> Self {
-        let m = material;
-        let shaded = !m.unlit;
-        let reflects = shaded && is_glossy(m);
-        let transmits = shaded && m.transmission > 0.0;
-        let mut add = |wanted: bool, reference, srgb| textures.add(scene, if wanted { reference } else { None }, srgb);
-        let roughness_counts = reflects && (m.roughness > 0.0 || m.metallic > 0.0);
-        Self {
-            base_color: add(true, m.base_color_texture.as_ref(), true),
-            metallic_roughness: add(roughness_counts, m.metallic_roughness_texture.as_ref(), false),
-            normal: add(shaded, m.normal_texture.as_ref().map(|n| &n.texture), false),
-            emissive: add(m.is_emissive(), m.emissive_texture.as_ref(), true),
-            specular: add(reflects && m.specular > 0.0, m.specular_texture.as_ref(), false),
-            specular_color: add(reflects && m.specular > 0.0, m.specular_color_texture.as_ref(), true),
-            transmission: add(transmits, m.transmission_texture.as_ref(), false),
-            material: m.clone(),
-        }
+        let used = Slot::ALL.map(|slot| {
+            let (wanted, reference, srgb) = slot.of(material);
+            textures.add(scene, if wanted { reference } else { None }, srgb)
+        });
+        Self { material: material.clone(), textures: used }
     }
 
     pub(crate) fn has(&self, slot: Slot) -> bool {
-        let index = match slot {
-            Slot::BaseColor => self.base_color,
-            Slot::MetallicRoughness => self.metallic_roughness,
-            Slot::Normal => self.normal,
-            Slot::Emissive => self.emissive,
-            Slot::Specular => self.specular,
-            Slot::SpecularColor => self.specular_color,
-            Slot::Transmission => self.transmission,
-        };
-        index != super::textures::NO_TEXTURE
+        self.texture(slot) != super::textures::NO_TEXTURE
+    }
+
+    fn texture(&self, slot: Slot) -> u32 {
+        self.textures[slot as usize]
     }
 }
 
-/// Where a material can have a texture.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Slot {
-    BaseColor,
-    MetallicRoughness,
-    Normal,
-    Emissive,
-    Specular,
-    SpecularColor,
-    Transmission,
+/// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular strength (even of index 1, since
+/// F90 is the strength, not 1), or a thin film.
+pub(super) fn has_facets(m: &Material) -> bool {
+    !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0 || has_film(m))
 }
 
-/// Whether a microfacet lobe can be seen: a metal, or a dielectric with specular strength (even of index 1, since F90 is
-/// the strength, not 1).
+/// Whether the material is more than Lambert's.
 pub(crate) fn is_glossy(m: &Material) -> bool {
-    !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0)
+    has_facets(m) || is_coated(m) || is_fibrous(m) || sends_through(m)
+}
+
+/// Whether there is a clear coat.
+pub(crate) fn is_coated(m: &Material) -> bool {
+    !m.unlit && m.clearcoat.factor > 0.0
+}
+
+/// Whether there is sheen.
+pub(crate) fn is_fibrous(m: &Material) -> bool {
+    !m.unlit && m.sheen.color.iter().any(|&c| c > 0.0)
+}
+
+/// Whether facets have a grain.
+pub(crate) fn is_anisotropic(m: &Material) -> bool {
+    has_facets(m) && m.anisotropy.strength > 0.0
+}
+
+/// Whether there is a thin film.
+pub(crate) fn has_film(m: &Material) -> bool {
+    let film = &m.iridescence;
+    let thickness = if film.thickness_texture.is_some() { film.thickness_minimum } else { 0.0 };
+    !m.unlit && film.factor > 0.0 && film.thickness_maximum.max(thickness) > 0.0
+}
+
+/// Whether the Lambertian base sends light to its other side.
+pub(crate) fn sends_through(m: &Material) -> bool {
+    !m.unlit && m.diffuse_transmission.factor > 0.0
+}
+
+/// Whether light gets to the other side at all.
+pub(crate) fn transmits(m: &Material) -> bool {
+    !m.unlit && m.transmission > 0.0 || sends_through(m)
 }
 
 /// Reflectance of a dielectric at normal incidence; an index of 0 stands for 1, "infinite" (KHR_materials_ior).
@@ -131,14 +136,24 @@ fn write_records<'a>(materials: &[PreparedMaterial], layout: &'a RecordLayout) -
         w.put("transmission", if m.ior == 0.0 { 0.0 } else { m.transmission });
         w.put("ior", if m.ior == 0.0 { 1.5 } else { m.ior });
         w.put("extinction", extinction(m.volume));
-        w.put("base_color_texture", p.base_color);
-        w.put("metallic_roughness_texture", p.metallic_roughness);
-        w.put("normal_texture", p.normal);
+        w.put("coat", m.clearcoat.factor);
+        w.put("coat_roughness", m.clearcoat.roughness);
+        w.put("coat_normal_scale", m.clearcoat.normal_texture.as_ref().map_or(1.0, |n| n.scale));
+        w.put("sheen_color", m.sheen.color);
+        w.put("sheen_roughness", m.sheen.roughness);
+        let (sin, cos) = f64::from(m.anisotropy.rotation).sin_cos();
+        w.put("anisotropy", m.anisotropy.strength);
+        w.put("anisotropy_turn", [cos as f32, sin as f32]);
+        let film = &m.iridescence;
+        w.put("film", film.factor);
+        w.put("film_ior", film.ior);
+        w.put("film_thickness", [film.thickness_minimum, film.thickness_maximum]);
+        w.put("diffuse_transmission", m.diffuse_transmission.factor);
+        w.put("through_color", m.diffuse_transmission.color);
+        for slot in Slot::ALL {
+            w.put(slot.field(), p.texture(slot));
+        }
         w.put("normal_scale", m.normal_texture.as_ref().map_or(1.0, |n| n.scale));
-        w.put("emissive_texture", p.emissive);
-        w.put("specular_texture", p.specular);
-        w.put("specular_color_texture", p.specular_color);
-        w.put("transmission_texture", p.transmission);
     }
     w
 }

@@ -6,6 +6,8 @@ mod environment;
 mod instances;
 mod lights;
 mod materials;
+mod sheen;
+mod slots;
 mod textures;
 mod view;
 
@@ -18,18 +20,22 @@ use self::{
     attributes::AttributeLayout,
     environment::EnvironmentTable,
     lights::Lights,
-    materials::{PreparedMaterial, Slot, is_glossy},
+    materials::{
+        PreparedMaterial, has_facets, has_film, is_anisotropic, is_coated, is_fibrous, is_glossy, sends_through,
+        transmits,
+    },
+    slots::Slot,
     textures::Textures,
 };
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
-pub use self::materials::material_fields;
 pub(crate) use self::{
     instances::InstanceRows,
     lights::{AreaLight, LightEntry, PunctualLight},
     textures::TextureUse,
     view::View,
 };
+pub use self::{materials::material_fields, sheen::sheen_albedos};
 
 /// Estimators of the rendering equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -216,34 +222,16 @@ fn decide(
     let any = |test: &dyn Fn(&surelight_scene::Material) -> bool| materials.iter().any(|m| test(&m.material));
     let texture = |slot| materials.iter().any(|m| m.has(slot));
     let placed = || scene.instances.iter().map(|i| &scene.meshes[i.mesh]);
-    let transmits = |m: &surelight_scene::Material| !m.unlit && m.transmission > 0.0;
     let absorbs = |m: &surelight_scene::Material| {
         m.volume.is_some_and(|v| v.attenuation_distance.is_finite() && v.attenuation_color.iter().any(|&c| c < 1.0))
     };
     let emission = any(&|m| m.is_emissive());
-    Features {
+    let mut features = Features {
         instances: false, // the BVH decides
         vertex_normals: placed().any(|m| m.normals.is_some()),
         vertex_colors: placed().any(|m| m.colors.is_some()),
-        tangents: texture(Slot::Normal),
-        textures: [
-            Slot::BaseColor,
-            Slot::MetallicRoughness,
-            Slot::Normal,
-            Slot::Emissive,
-            Slot::Specular,
-            Slot::SpecularColor,
-            Slot::Transmission,
-        ]
-        .into_iter()
-        .any(texture),
-        base_color_texture: texture(Slot::BaseColor),
-        metallic_roughness_texture: texture(Slot::MetallicRoughness),
-        normal_texture: texture(Slot::Normal),
-        emissive_texture: texture(Slot::Emissive),
-        specular_texture: texture(Slot::Specular),
-        specular_color_texture: texture(Slot::SpecularColor),
-        transmission_texture: texture(Slot::Transmission),
+        tangents: texture(Slot::Normal) || texture(Slot::ClearcoatNormal) || any(&is_anisotropic),
+        textures: Slot::ALL.into_iter().any(texture),
         alpha: any(&|m| m.alpha_mode != AlphaMode::Opaque),
         ggx: any(&is_glossy),
         metal: any(&|m| !m.unlit && m.metallic > 0.0),
@@ -251,6 +239,11 @@ fn decide(
         delta_lobes: materials.iter().any(|m| may_be_smooth(m))
             || settings.integrator == Integrator::Whitted && any(&is_glossy),
         transmission: any(&transmits),
+        diffuse_transmission: any(&sends_through),
+        anisotropy: any(&is_anisotropic),
+        iridescence: any(&has_film),
+        sheen: any(&is_fibrous),
+        clearcoat: any(&is_coated),
         volume: any(&|m| transmits(m) && absorbs(m)),
         unlit: any(&|m| m.unlit),
         emission,
@@ -271,12 +264,17 @@ fn decide(
         sampler_independent: settings.sampler == Sampler::Independent,
         sampler_stratified: settings.sampler == Sampler::Stratified,
         items_image: false, // the device decides
-    }
+        ..Features::default()
+    };
+    Slot::ALL.into_iter().filter(|&slot| texture(slot)).for_each(|slot| slot.enable(&mut features));
+    features
 }
 
 /// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.
 fn may_be_smooth(m: &PreparedMaterial) -> bool {
-    is_glossy(&m.material) && (m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
+    let coat = &m.material.clearcoat;
+    has_facets(&m.material) && (m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
+        || is_coated(&m.material) && (coat.roughness < 0.0101 || m.has(Slot::ClearcoatRoughness))
 }
 
 /// Rec. 709 luminance.

@@ -5,6 +5,8 @@
 
 use serde::Serialize;
 
+use super::layers::LayerExtensions;
+
 /// The whole document.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -211,6 +213,8 @@ pub(super) struct MaterialExtensions {
     pub(super) unlit: Option<Unlit>,
     #[serde(rename = "KHR_materials_volume", skip_serializing_if = "Option::is_none")]
     pub(super) volume: Option<VolumeEntry>,
+    #[serde(flatten)]
+    pub(super) layers: LayerExtensions,
 }
 
 impl MaterialExtensions {
@@ -218,7 +222,7 @@ impl MaterialExtensions {
         self.names().next().is_none()
     }
 
-    /// Names of the extensions that are there, in alphabetical order.
+    /// Names of the extensions that are there.
     pub(super) fn names(&self) -> impl Iterator<Item = &'static str> {
         [
             self.emissive_strength.as_ref().map(|_| "KHR_materials_emissive_strength"),
@@ -230,6 +234,7 @@ impl MaterialExtensions {
         ]
         .into_iter()
         .flatten()
+        .chain(self.layers.names())
     }
 }
 

@@ -3,8 +3,9 @@
 use glam::Affine2;
 
 use super::document::*;
+use super::layers::LayerExtensions;
 use super::{GlbWriteError, split_strength};
-use crate::{AlphaMode, Material, TextureRef, Volume};
+use crate::{AlphaMode, Material, NormalTexture, TextureRef, Volume};
 
 /// How far, relative to the scales, a texture transform's axes may be from perpendicular.
 const SHEAR_TOLERANCE: f32 = 1e-5;
@@ -16,14 +17,6 @@ pub(super) fn entry(material: &Material) -> Result<MaterialEntry, GlbWriteError>
         AlphaMode::Opaque => (None, None),
         AlphaMode::Mask(cutoff) => (Some("MASK"), Some(cutoff)),
         AlphaMode::Blend => (Some("BLEND"), None),
-    };
-    let normal_texture = match &material.normal_texture {
-        Some(normal) => {
-            let mut info = texture_info(&normal.texture, material)?;
-            info.scale = (normal.scale != 1.0).then_some(normal.scale);
-            Some(info)
-        }
-        None => None,
     };
     let default = Material::default();
     let has_specular = material.specular != default.specular
@@ -41,7 +34,7 @@ pub(super) fn entry(material: &Material) -> Result<MaterialEntry, GlbWriteError>
             roughness_factor: material.roughness,
             metallic_roughness_texture: info(&material.metallic_roughness_texture)?,
         },
-        normal_texture,
+        normal_texture: normal_info(material.normal_texture.as_ref(), material)?,
         emissive_factor,
         emissive_texture: info(&material.emissive_texture)?,
         alpha_mode,
@@ -70,6 +63,7 @@ pub(super) fn entry(material: &Material) -> Result<MaterialEntry, GlbWriteError>
             },
             unlit: material.unlit.then_some(Unlit {}),
             volume: material.volume.as_ref().map(volume),
+            layers: LayerExtensions::of(material)?,
         },
     })
 }
@@ -88,6 +82,7 @@ pub(super) fn texture_infos(m: &MaterialEntry) -> impl Iterator<Item = &TextureI
     ]
     .into_iter()
     .flatten()
+    .chain(m.extensions.layers.texture_infos())
 }
 
 /// Any thickness above 0 says "closed mesh" to a path tracer, which measures distances itself.
@@ -99,7 +94,7 @@ fn volume(volume: &Volume) -> VolumeEntry {
     }
 }
 
-fn texture_info(texture: &TextureRef, material: &Material) -> Result<TextureInfo, GlbWriteError> {
+pub(super) fn texture_info(texture: &TextureRef, material: &Material) -> Result<TextureInfo, GlbWriteError> {
     let extensions = match &texture.transform {
         Some(transform) => {
             let transform =
@@ -109,6 +104,17 @@ fn texture_info(texture: &TextureRef, material: &Material) -> Result<TextureInfo
         None => None,
     };
     Ok(TextureInfo { index: texture.texture, tex_coord: texture.uv_set, scale: None, extensions })
+}
+
+/// A normal map with its strength.
+pub(super) fn normal_info(
+    normal: Option<&NormalTexture>,
+    material: &Material,
+) -> Result<Option<TextureInfo>, GlbWriteError> {
+    let Some(normal) = normal else { return Ok(None) };
+    let mut info = texture_info(&normal.texture, material)?;
+    info.scale = (normal.scale != 1.0).then_some(normal.scale);
+    Ok(Some(info))
 }
 
 /// Splits into KHR_texture_transform's offset, rotation and scale.

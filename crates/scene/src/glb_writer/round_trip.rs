@@ -6,7 +6,10 @@ use glam::{Affine2, DQuat, DVec3, Mat2, Vec2, Vec3, Vec4};
 
 use super::*;
 use crate::procedural::{GALLERY, probes};
-use crate::{AlphaMode, LoadOptions, Material, NormalTexture, TextureRef, Volume, load_bytes};
+use crate::{
+    AlphaMode, Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LoadOptions, Material, NormalTexture, Sheen,
+    TextureRef, Volume, load_bytes,
+};
 
 fn back(scene: &Scene) -> Scene {
     let file = write_glb(scene, "a note").unwrap();
@@ -97,6 +100,35 @@ fn a_scene_with_everything_comes_back() {
         transmission: 0.75,
         transmission_texture: Some(texture(0)),
         volume: Some(Volume { attenuation_distance: 0.7, attenuation_color: [0.5, 1.0, 0.25] }),
+        dispersion: 0.0,
+        clearcoat: Clearcoat {
+            factor: 0.5,
+            texture: Some(texture(0)),
+            roughness: 0.25,
+            roughness_texture: Some(texture(1)),
+            normal_texture: Some(NormalTexture { texture: texture(0), scale: 0.75 }),
+        },
+        sheen: Sheen {
+            color: [0.5, 0.25, 0.125],
+            color_texture: Some(texture(1)),
+            roughness: 0.3,
+            roughness_texture: Some(texture(0)),
+        },
+        anisotropy: Anisotropy { strength: 0.5, rotation: 1.25, texture: Some(texture(1)) },
+        iridescence: Iridescence {
+            factor: 0.75,
+            texture: Some(texture(0)),
+            ior: 1.4,
+            thickness_minimum: 50.0,
+            thickness_maximum: 600.0,
+            thickness_texture: Some(texture(1)),
+        },
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.25,
+            texture: Some(texture(0)),
+            color: [0.5, 0.75, 0.25],
+            color_texture: Some(texture(1)),
+        },
     };
     let mesh = Mesh {
         name: "sheet".into(),

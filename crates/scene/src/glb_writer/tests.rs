@@ -4,7 +4,10 @@ use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use serde_json::Value;
 
 use super::*;
-use crate::{AlphaMode, Material, NormalTexture, TextureRef, Volume};
+use crate::{
+    AlphaMode, Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Material, NormalTexture, Sheen, TextureRef,
+    Volume,
+};
 
 fn parts(file: &[u8]) -> (Value, &[u8]) {
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
@@ -178,6 +181,30 @@ fn every_field_has_its_place() {
         transmission: 0.75,
         transmission_texture: texture(),
         volume: Some(Volume { attenuation_distance: f32::INFINITY, attenuation_color: [0.5, 1.0, 1.0] }),
+        dispersion: 0.5,
+        clearcoat: Clearcoat {
+            factor: 0.5,
+            texture: texture(),
+            roughness: 0.25,
+            roughness_texture: texture(),
+            normal_texture: Some(NormalTexture { texture: texture().unwrap(), scale: 0.5 }),
+        },
+        sheen: Sheen { color: [0.5; 3], color_texture: texture(), roughness: 0.25, roughness_texture: texture() },
+        anisotropy: Anisotropy { strength: 0.5, rotation: 1.5, texture: texture() },
+        iridescence: Iridescence {
+            factor: 0.5,
+            texture: texture(),
+            ior: 1.5,
+            thickness_minimum: 50.0,
+            thickness_maximum: 100.0,
+            thickness_texture: texture(),
+        },
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.5,
+            texture: texture(),
+            color: [0.25; 3],
+            color_texture: texture(),
+        },
     };
     let file = write_glb(&one_triangle(material), "").unwrap();
     let (json, _) = parts(&file);
@@ -209,7 +236,31 @@ fn every_field_has_its_place() {
                 "transmissionTexture": { "index": 0, "texCoord": 1 }
             },
             "KHR_materials_unlit": {},
-            "KHR_materials_volume": { "thicknessFactor": 1.0, "attenuationColor": [0.5, 1.0, 1.0] }
+            "KHR_materials_volume": { "thicknessFactor": 1.0, "attenuationColor": [0.5, 1.0, 1.0] },
+            "KHR_materials_anisotropy": {
+                "anisotropyStrength": 0.5, "anisotropyRotation": 1.5,
+                "anisotropyTexture": { "index": 0, "texCoord": 1 }
+            },
+            "KHR_materials_clearcoat": {
+                "clearcoatFactor": 0.5, "clearcoatTexture": { "index": 0, "texCoord": 1 },
+                "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": { "index": 0, "texCoord": 1 },
+                "clearcoatNormalTexture": { "index": 0, "texCoord": 1, "scale": 0.5 }
+            },
+            "KHR_materials_diffuse_transmission": {
+                "diffuseTransmissionFactor": 0.5, "diffuseTransmissionTexture": { "index": 0, "texCoord": 1 },
+                "diffuseTransmissionColorFactor": [0.25, 0.25, 0.25],
+                "diffuseTransmissionColorTexture": { "index": 0, "texCoord": 1 }
+            },
+            "KHR_materials_dispersion": { "dispersion": 0.5 },
+            "KHR_materials_iridescence": {
+                "iridescenceFactor": 0.5, "iridescenceTexture": { "index": 0, "texCoord": 1 },
+                "iridescenceIor": 1.5, "iridescenceThicknessMinimum": 50.0, "iridescenceThicknessMaximum": 100.0,
+                "iridescenceThicknessTexture": { "index": 0, "texCoord": 1 }
+            },
+            "KHR_materials_sheen": {
+                "sheenColorFactor": [0.5, 0.5, 0.5], "sheenColorTexture": { "index": 0, "texCoord": 1 },
+                "sheenRoughnessFactor": 0.25, "sheenRoughnessTexture": { "index": 0, "texCoord": 1 }
+            }
         }
     });
     assert_eq!(json["materials"][0], expected);

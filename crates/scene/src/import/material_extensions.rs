@@ -100,7 +100,7 @@ fn volume(json: &VolumeJson, reader: &mut Reader) -> Option<Volume> {
 }
 
 /// An extension's object as a type; a mistyped one is a warning and counts as absent.
-fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
+pub(crate) fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
     match extensions.parse(name)? {
         Ok(value) => Some(value),
         Err(e) => {

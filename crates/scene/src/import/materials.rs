@@ -1,7 +1,10 @@
 //! Materials: the core metallic-roughness model; [`super::material_extensions`] adds the rest.
 
+use glam::Affine2;
+
 use super::document::{Document, Int, MaterialJson, TextureInfo};
 use super::material_extensions;
+use super::material_layers::{self, LayerLookups};
 use super::specular_glossiness;
 use super::textures::{Binder, Lookup, lookup};
 use super::warnings::Warnings;
@@ -19,6 +22,8 @@ pub(crate) struct Draft {
     pub(crate) specular: Option<Lookup>,
     pub(crate) specular_color: Option<Lookup>,
     pub(crate) transmission: Option<Lookup>,
+    /// Of the layers that extensions add.
+    pub(crate) layers: LayerLookups,
     /// Glossiness in alpha and its factor: becomes `metallic_roughness`, whose lookup is then none.
     pub(crate) glossiness: Option<(Lookup, f32)>,
 }
@@ -37,11 +42,23 @@ impl Draft {
         .into_iter()
         .flatten()
         .chain(self.normal.as_ref().map(|(lookup, _)| lookup))
+        .chain(self.layers.lookups())
     }
 
     /// How many coordinate sets a mesh must carry: one more than the highest used.
     pub(crate) fn uv_sets(&self) -> usize {
-        self.lookups().map(|l| l.uv_set as usize + 1).max().unwrap_or(0)
+        let looked_up = self.lookups().map(|l| l.uv_set as usize + 1).max().unwrap_or(0);
+        self.tangent_space().map_or(looked_up, |(set, _)| looked_up.max(set as usize + 1))
+    }
+
+    /// The texture coordinates along which tangents are to run, where the material needs any: those of the normal map, then
+    /// of the other maps that speak of tangents, then the first set.
+    pub(crate) fn tangent_space(&self) -> Option<(u32, Option<Affine2>)> {
+        let maps = [self.normal.as_ref(), self.layers.clearcoat_normal.as_ref()];
+        let map = maps.into_iter().flatten().map(|(lookup, _)| lookup).next();
+        let anisotropic = self.material.anisotropy.strength > 0.0;
+        let lookup = map.or(self.layers.anisotropy.as_ref().filter(|_| anisotropic));
+        lookup.map(|l| (l.uv_set, l.transform)).or(anisotropic.then_some((0, None)))
     }
 
     /// The material with its textures bound.
@@ -54,12 +71,11 @@ impl Draft {
                 self.material.roughness = 1.0;
             }
         }
+        self.layers.bind(&mut self.material, binder);
         Material {
             base_color_texture,
             metallic_roughness_texture,
-            normal_texture: self
-                .normal
-                .and_then(|(lookup, scale)| Some(NormalTexture { texture: binder.bind(Some(&lookup))?, scale })),
+            normal_texture: bind_normal(self.normal.as_ref(), binder),
             emissive_texture: binder.bind(self.emissive.as_ref()),
             specular_texture: binder.bind(self.specular.as_ref()),
             specular_color_texture: binder.bind(self.specular_color.as_ref()),
@@ -67,6 +83,12 @@ impl Draft {
             ..self.material
         }
     }
+}
+
+/// A normal map with its texture bound.
+pub(crate) fn bind_normal(map: Option<&(Lookup, f32)>, binder: &mut Binder) -> Option<NormalTexture> {
+    let (lookup, scale) = map?;
+    Some(NormalTexture { texture: binder.bind(Some(lookup))?, scale: *scale })
 }
 
 /// Reads factors within their ranges and says where they were not.
@@ -106,6 +128,12 @@ impl Reader<'_> {
     pub(crate) fn texture(&mut self, info: Option<&TextureInfo>) -> Option<Lookup> {
         lookup(self.document, info?, &self.place, self.warnings)
     }
+
+    /// The same for a normal map and its strength.
+    pub(crate) fn normal_map(&mut self, info: Option<&TextureInfo>) -> Option<(Lookup, f32)> {
+        let scale = info?.scale.unwrap_or(1.0).clamp(-1e6, 1e6) as f32;
+        self.texture(info).map(|lookup| (lookup, scale))
+    }
 }
 
 /// Reads material `index`, which must be in range.
@@ -121,12 +149,12 @@ pub(crate) fn read(document: &Document, index: usize, warnings: &mut Warnings) -
     let mut draft = core(json, &mut reader);
     specular_glossiness::read(json, &mut draft, &mut reader);
     material_extensions::read(json, &mut draft, &mut reader);
+    material_layers::read(json, &mut draft, &mut reader);
     draft
 }
 
 fn core(json: &MaterialJson, reader: &mut Reader) -> Draft {
     let pbr = &json.pbr_metallic_roughness;
-    let normal_scale = json.normal_texture.as_ref().and_then(|info| info.scale).unwrap_or(1.0);
     let material = Material {
         name: json.name.clone().unwrap_or_default(),
         base_color: reader.factors(pbr.base_color_factor, [1.0; 4], 1.0, "baseColorFactor"),
@@ -140,9 +168,7 @@ fn core(json: &MaterialJson, reader: &mut Reader) -> Draft {
     Draft {
         base_color: reader.texture(pbr.base_color_texture.as_ref()),
         metallic_roughness: reader.texture(pbr.metallic_roughness_texture.as_ref()),
-        normal: reader
-            .texture(json.normal_texture.as_ref())
-            .map(|lookup| (lookup, normal_scale.clamp(-1e6, 1e6) as f32)),
+        normal: reader.normal_map(json.normal_texture.as_ref()),
         emissive: reader.texture(json.emissive_texture.as_ref()),
         material,
         ..Draft::default()

@@ -19,6 +19,7 @@ mod images;
 mod instancing;
 mod lights;
 mod material_extensions;
+mod material_layers;
 mod materials;
 mod meshopt;
 mod nodes;

@@ -86,7 +86,7 @@ impl<'a> Plan<'a> {
         let normal = if self.json.attributes.contains_key("NORMAL") { 12 } else { 0 };
         let color = if self.json.attributes.contains_key("COLOR_0") { 16 } else { 0 };
         // Tangents are at worst made for every corner.
-        let tangents = if draft.normal.is_some() { corners * 80 } else { 0 };
+        let tangents = if draft.tangent_space().is_some() { corners * 80 } else { 0 };
         // Joints and weights, and the differences of one morph target at a time.
         let held = if self.json.attributes.contains_key("JOINTS_0") { 32 } else { 0 };
         let morphed = if self.json.targets.is_empty() { 0 } else { 12 };
@@ -115,12 +115,12 @@ impl<'a> Plan<'a> {
         mesh.normals = vertices.normals(&mesh, &mut warnings)?;
         mesh.uvs = vertices.uvs(draft.uv_sets(), &mut warnings)?;
         mesh.colors = vertices.colors(&mut warnings)?;
-        if let Some((lookup, _)) = &draft.normal {
+        if let Some((uv_set, transform)) = draft.tangent_space() {
             // Tangents without normals are to be ignored: glTF 2.0 section 3.7.2.1.
             mesh.tangents = if mesh.normals.is_some() { vertices.tangents(&mut warnings)? } else { None };
             vertices.deform(&mut mesh, deformation, &mut warnings)?;
             if mesh.tangents.is_none() {
-                tangents::generate(&mut mesh, lookup.uv_set as usize, lookup.transform);
+                tangents::generate(&mut mesh, uv_set as usize, transform);
             }
         } else {
             vertices.deform(&mut mesh, deformation, &mut warnings)?;

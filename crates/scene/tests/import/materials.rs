@@ -1,7 +1,7 @@
 //! Materials and their extensions.
 
 use serde_json::{Value, json};
-use surelight_scene::{AlphaMode, Material, Volume};
+use surelight_scene::{AlphaMode, Anisotropy, Clearcoat, Iridescence, Material, Sheen, Volume};
 
 use crate::build::{Gltf, warned};
 
@@ -149,4 +149,67 @@ fn only_used_materials_are_kept_and_the_default_comes_last() {
     assert_eq!(names, ["b", "a", ""]);
     assert_eq!(scene.meshes.iter().map(|m| m.material).collect::<Vec<_>>(), [1, 0, 2]);
     warned(&scene, "material 99");
+}
+
+#[test]
+fn layers() {
+    let coat = json!({"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25});
+    let coat = extended("KHR_materials_clearcoat", coat).clearcoat;
+    assert_eq!(coat, Clearcoat { factor: 0.5, roughness: 0.25, ..Clearcoat::default() });
+    let sheen = json!({"sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.5});
+    let sheen = extended("KHR_materials_sheen", sheen).sheen;
+    assert_eq!(sheen, Sheen { color: [0.1, 0.2, 0.3], roughness: 0.5, ..Sheen::default() });
+    let grain = json!({"anisotropyStrength": 0.5, "anisotropyRotation": -1.5});
+    let grain = extended("KHR_materials_anisotropy", grain).anisotropy;
+    assert_eq!(grain, Anisotropy { strength: 0.5, rotation: -1.5, texture: None });
+    let film = json!({"iridescenceFactor": 0.5, "iridescenceIor": 1.8, "iridescenceThicknessMinimum": 10,
+        "iridescenceThicknessMaximum": 20});
+    let film = extended("KHR_materials_iridescence", film).iridescence;
+    let expected =
+        Iridescence { factor: 0.5, ior: 1.8, thickness_minimum: 10.0, thickness_maximum: 20.0, ..film.clone() };
+    assert_eq!((&film, film.texture.is_none()), (&expected, true));
+    let leaf = json!({"diffuseTransmissionFactor": 0.25, "diffuseTransmissionColorFactor": [0.5, 1, 0]});
+    let leaf = extended("KHR_materials_diffuse_transmission", leaf).diffuse_transmission;
+    assert_eq!((leaf.factor, leaf.color), (0.25, [0.5, 1.0, 0.0]));
+    // Their defaults do nothing.
+    for name in ["clearcoat", "sheen", "anisotropy", "iridescence", "diffuse_transmission"] {
+        assert_eq!(extended(&format!("KHR_materials_{name}"), json!({})), Material::default(), "{name}");
+    }
+}
+
+#[test]
+fn layers_out_of_range_are_clamped_and_told() {
+    let scene = Gltf::square()
+        .material(json!({"extensions": {
+            "KHR_materials_clearcoat": {"clearcoatFactor": 2},
+            "KHR_materials_sheen": {"sheenRoughnessFactor": -1},
+            "KHR_materials_anisotropy": {"anisotropyStrength": 5},
+            "KHR_materials_iridescence": {"iridescenceIor": 0.5, "iridescenceThicknessMaximum": 1e300},
+            "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 7},
+        }}))
+        .load();
+    let m = &scene.materials[0];
+    assert_eq!((m.clearcoat.factor, m.sheen.roughness, m.anisotropy.strength), (1.0, 0.0, 1.0));
+    assert_eq!((m.iridescence.ior, m.iridescence.thickness_maximum, m.diffuse_transmission.factor), (1.0, 1e6, 1.0));
+    assert_eq!(scene.warnings.len(), 6, "{:?}", scene.warnings);
+}
+
+/// A grain needs tangents: the file's, or such as run along the first texture coordinates.
+#[test]
+fn anisotropic_materials_get_tangents() {
+    let grain = json!({"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}}});
+    let scene = Gltf::square().material(grain).load();
+    let tangents = scene.meshes[0].tangents.as_ref().expect("tangents are made");
+    let [a, b] = [1, 0].map(|k| scene.meshes[0].triangles[0][k] as usize);
+    let (uvs, positions) = (&scene.meshes[0].uvs[0], &scene.meshes[0].positions);
+    assert!(uvs[a] != uvs[b] && positions[a] != positions[b]);
+    // Along u: the derivative of position by u, found from the first triangle's edges.
+    let t = scene.meshes[0].triangles[0].map(|v| v as usize);
+    let (d1, d2) = (uvs[t[1]] - uvs[t[0]], uvs[t[2]] - uvs[t[0]]);
+    let (p1, p2) = (positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+    let along_u = ((p1 * d2.y - p2 * d1.y) / d1.perp_dot(d2)).normalize();
+    for tangent in tangents {
+        assert!(tangent.truncate().distance(along_u) < 1e-5, "{tangent} instead of {along_u}");
+    }
+    assert!(Gltf::square().material(json!({})).load().meshes[0].tangents.is_none());
 }

@@ -1,0 +1,124 @@
+//! Where a material can have a texture.
+
+use surelight_scene::{Material, TextureRef};
+
+use super::materials::{has_facets, has_film, is_anisotropic, is_coated, is_fibrous, sends_through};
+use crate::features::Features;
+
+/// A texture's place in a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Slot {
+    BaseColor,
+    MetallicRoughness,
+    Normal,
+    Emissive,
+    Specular,
+    SpecularColor,
+    Transmission,
+    Clearcoat,
+    ClearcoatRoughness,
+    ClearcoatNormal,
+    SheenColor,
+    SheenRoughness,
+    Anisotropy,
+    Iridescence,
+    IridescenceThickness,
+    DiffuseTransmission,
+    DiffuseTransmissionColor,
+}
+
+impl Slot {
+    /// All of them, in the order of their declaration.
+    pub(crate) const ALL: [Self; 17] = [
+        Self::BaseColor,
+        Self::MetallicRoughness,
+        Self::Normal,
+        Self::Emissive,
+        Self::Specular,
+        Self::SpecularColor,
+        Self::Transmission,
+        Self::Clearcoat,
+        Self::ClearcoatRoughness,
+        Self::ClearcoatNormal,
+        Self::SheenColor,
+        Self::SheenRoughness,
+        Self::Anisotropy,
+        Self::Iridescence,
+        Self::IridescenceThickness,
+        Self::DiffuseTransmission,
+        Self::DiffuseTransmissionColor,
+    ];
+
+    /// Whether the kernel may look it up, the texture, and whether its colours are sRGB.
+    pub(super) fn of(self, m: &Material) -> (bool, Option<&TextureRef>, bool) {
+        let shaded = !m.unlit;
+        let facets = has_facets(m);
+        let rough = facets && (m.roughness > 0.0 || m.metallic > 0.0);
+        let (coat, sheen) = (&m.clearcoat, &m.sheen);
+        match self {
+            Self::BaseColor => (true, m.base_color_texture.as_ref(), true),
+            Self::MetallicRoughness => (rough, m.metallic_roughness_texture.as_ref(), false),
+            Self::Normal => (shaded, m.normal_texture.as_ref().map(|n| &n.texture), false),
+            Self::Emissive => (m.is_emissive(), m.emissive_texture.as_ref(), true),
+            Self::Specular => (facets && m.specular > 0.0, m.specular_texture.as_ref(), false),
+            Self::SpecularColor => (facets && m.specular > 0.0, m.specular_color_texture.as_ref(), true),
+            Self::Transmission => (shaded && m.transmission > 0.0, m.transmission_texture.as_ref(), false),
+            Self::Clearcoat => (is_coated(m), coat.texture.as_ref(), false),
+            Self::ClearcoatRoughness => (is_coated(m) && coat.roughness > 0.0, coat.roughness_texture.as_ref(), false),
+            Self::ClearcoatNormal => (is_coated(m), coat.normal_texture.as_ref().map(|n| &n.texture), false),
+            Self::SheenColor => (is_fibrous(m), sheen.color_texture.as_ref(), true),
+            Self::SheenRoughness => (is_fibrous(m) && sheen.roughness > 0.0, sheen.roughness_texture.as_ref(), false),
+            Self::Anisotropy => (is_anisotropic(m), m.anisotropy.texture.as_ref(), false),
+            Self::Iridescence => (has_film(m), m.iridescence.texture.as_ref(), false),
+            Self::IridescenceThickness => (has_film(m), m.iridescence.thickness_texture.as_ref(), false),
+            Self::DiffuseTransmission => (sends_through(m), m.diffuse_transmission.texture.as_ref(), false),
+            Self::DiffuseTransmissionColor => (sends_through(m), m.diffuse_transmission.color_texture.as_ref(), true),
+        }
+    }
+
+    /// Its field in the kernel's material record.
+    pub(super) fn field(self) -> &'static str {
+        match self {
+            Self::BaseColor => "base_color_texture",
+            Self::MetallicRoughness => "metallic_roughness_texture",
+            Self::Normal => "normal_texture",
+            Self::Emissive => "emissive_texture",
+            Self::Specular => "specular_texture",
+            Self::SpecularColor => "specular_color_texture",
+            Self::Transmission => "transmission_texture",
+            Self::Clearcoat => "coat_texture",
+            Self::ClearcoatRoughness => "coat_roughness_texture",
+            Self::ClearcoatNormal => "coat_normal_texture",
+            Self::SheenColor => "sheen_color_texture",
+            Self::SheenRoughness => "sheen_roughness_texture",
+            Self::Anisotropy => "anisotropy_texture",
+            Self::Iridescence => "film_texture",
+            Self::IridescenceThickness => "film_thickness_texture",
+            Self::DiffuseTransmission => "diffuse_transmission_texture",
+            Self::DiffuseTransmissionColor => "through_color_texture",
+        }
+    }
+
+    /// Switches the kernel's lookup on.
+    pub(super) fn enable(self, features: &mut Features) {
+        *match self {
+            Self::BaseColor => &mut features.base_color_texture,
+            Self::MetallicRoughness => &mut features.metallic_roughness_texture,
+            Self::Normal => &mut features.normal_texture,
+            Self::Emissive => &mut features.emissive_texture,
+            Self::Specular => &mut features.specular_texture,
+            Self::SpecularColor => &mut features.specular_color_texture,
+            Self::Transmission => &mut features.transmission_texture,
+            Self::Clearcoat => &mut features.clearcoat_texture,
+            Self::ClearcoatRoughness => &mut features.clearcoat_roughness_texture,
+            Self::ClearcoatNormal => &mut features.clearcoat_normal_texture,
+            Self::SheenColor => &mut features.sheen_color_texture,
+            Self::SheenRoughness => &mut features.sheen_roughness_texture,
+            Self::Anisotropy => &mut features.anisotropy_texture,
+            Self::Iridescence => &mut features.iridescence_texture,
+            Self::IridescenceThickness => &mut features.iridescence_thickness_texture,
+            Self::DiffuseTransmission => &mut features.diffuse_transmission_texture,
+            Self::DiffuseTransmissionColor => &mut features.diffuse_transmission_color_texture,
+        } = true;
+    }
+}
