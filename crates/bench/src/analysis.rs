@@ -257,10 +257,11 @@ fn slope(path: &[[f64; 3]]) -> Option<f64> {
     (spread > 0.0).then(|| joint / spread)
 }
 
-/// Seconds at which a path first comes to an error, between checkpoints along a straight line of logarithms.
+/// Seconds from which on a path stays at an error or below, between checkpoints along a straight line of logarithms. A path that was there by luck, until
+/// it met something bright, has not arrived.
 fn time_to(path: &[[f64; 3]], error: f64) -> Option<f64> {
-    let at = path.iter().position(|p| p[2] <= error)?;
-    let after = path[at];
+    let at = path.iter().rposition(|p| p[2] > error).map_or(0, |last_above| last_above + 1);
+    let after = path.get(at)?;
     let Some(before) = at.checked_sub(1).map(|i| path[i]) else {
         return Some(after[1]); // there before the first checkpoint
     };
@@ -281,6 +282,10 @@ pub(crate) mod tests {
         assert!((time_to(&path, 0.4 / 2f64.sqrt()).unwrap() - 2.0 * 2f64.sqrt()).abs() < 1e-9);
         assert_eq!(time_to(&path, 1.0), Some(1.0));
         assert_eq!(time_to(&path, 0.1), None);
+        assert_eq!(time_to(&[], 0.1), None);
+        let lucky = [[1.0, 1.0, 0.8], [2.0, 2.0, 0.2], [4.0, 4.0, 0.6], [8.0, 8.0, 0.3]];
+        assert!((time_to(&lucky, 0.3).unwrap() - 8.0).abs() < 1e-9);
+        assert!(time_to(&lucky, 0.7).unwrap() < 2.0 && time_to(&lucky, 0.25).is_none());
     }
 
     #[test]

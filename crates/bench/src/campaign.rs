@@ -8,7 +8,8 @@ use crate::{
     conditions::Conditions,
     data::{Data, SCHEMA, SceneData},
     error::BenchError,
-    race::{Plan, Status, race},
+    plan::Plan,
+    race::{Status, race},
     report::{read_data, write_data, write_report},
     tracer::Subject,
 };
@@ -32,19 +33,28 @@ pub fn campaign(
 ) -> Result<(Data, bool), BenchError> {
     std::fs::create_dir_all(folder).map_err(|e| BenchError::file(folder, format!("cannot be made: {e}")))?;
     let mut earlier = Vec::new();
+    let mut conditions = Conditions::now(&device.info, note);
+    let mut resumed = None;
     if resume {
         let data = read_data(&folder.join("data.json"))?;
         for scene in data.scenes {
             check(&scene, subjects, plan, folder)?;
             earlier.push(scene);
         }
+        resumed = another(&data.conditions, &conditions, folder)?;
+        conditions = data.conditions;
     }
-    let mut data = Data { schema: SCHEMA, conditions: Conditions::now(&device.info, note), scenes: Vec::new() };
+    let mut data = Data { schema: SCHEMA, conditions, scenes: Vec::new() };
     let mut complete = true;
     for (number, subject) in subjects.iter().enumerate() {
         let mut scene = earlier.iter().find(|s| s.name == subject.name).cloned();
         if let Some(scene) = &mut scene {
             scene.repeats = scene.repeats.max(plan.repeats);
+            if scene.is_all() {
+                data.scenes.push(scene.clone());
+                continue;
+            }
+            scene.warnings.extend(resumed.iter().filter(|w| !scene.warnings.contains(w)).cloned().collect::<Vec<_>>());
         }
         let before = data.clone();
         let rest: Vec<SceneData> = earlier.iter().filter(|s| s.name != subject.name).cloned().collect();
@@ -69,6 +79,17 @@ pub fn campaign(
     }
     write_report(folder, &data, &plan.peers)?;
     Ok((data, complete))
+}
+
+/// What is to be told where a race goes on under other conditions. Times of two devices do not go together.
+fn another(then: &Conditions, now: &Conditions, folder: &Path) -> Result<Option<String>, BenchError> {
+    if (&then.device, &then.cpu) != (&now.device, &now.cpu) {
+        let cause = format!("cannot be resumed: it was begun on {} ({})", then.device, then.cpu);
+        return Err(BenchError::file(folder, cause));
+    }
+    let build = |c: &Conditions| format!("{} {}", c.version, c.commit);
+    let same = build(then) == build(now);
+    Ok((!same).then(|| format!("begun with version {}, resumed with {}", build(then).trim(), build(now).trim())))
 }
 
 /// Whether a race that was interrupted can be gone on with.

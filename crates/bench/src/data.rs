@@ -177,6 +177,13 @@ impl SceneData {
     }
 }
 
+impl SceneData {
+    /// Whether every repeat of every method has all its checkpoints.
+    pub fn is_all(&self) -> bool {
+        (0..self.methods.len()).all(|method| (0..self.repeats).all(|repeat| self.is_complete(method, repeat)))
+    }
+}
+
 /// Columns of `data.csv`.
 pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,max_bounces,max_radiance,biased,repeat,spp,batches,\
 rays,paths,device_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\

@@ -1,51 +1,21 @@
 //! The race: every method in turn, repeat after repeat, so that a machine that drifts favours none.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use surelight_film::{Display, Film, write_png};
 use surelight_render::Device;
 
 use crate::{
-    data::{Clock, MethodData, Row, SceneData, slug},
+    data::{MethodData, Row, SceneData, slug},
     error::BenchError,
     measure::{Reference, flip, measure},
     method::Method,
-    overlay::Peer,
     pictures,
+    plan::{Budget, Cost, MOST_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
     reference::{self, Made},
     tracer::{Run, Setup, Subject, Tracers},
 };
-
-/// How long each method may run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Budget {
-    /// Seconds for each method, all its repeats together.
-    Seconds(f64),
-    /// Samples a pixel in each repeat.
-    Samples(u32),
-    /// Seconds for the whole scene, setting up and the reference included.
-    Total(f64),
-}
-
-/// What to race and for how long.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// The methods.
-    pub methods: Vec<Method>,
-    /// Repeats of each, at least 2: bands and intervals come from them.
-    pub repeats: u32,
-    /// How long.
-    pub budget: Budget,
-    /// Which seconds count.
-    pub clock: Clock,
-    /// An image to measure errors from, instead of a render.
-    pub reference: Option<PathBuf>,
-    /// Other renderers' points, for the charts.
-    pub peers: Vec<Peer>,
-    /// Brightens the pictures of the report by so many stops.
-    pub exposure: f64,
-}
 
 /// How a race stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,12 +30,6 @@ pub struct Status {
 
 /// Told how the race stands, again and again; returns whether to go on.
 pub type Watch<'w> = dyn FnMut(&Status) -> bool + 'w;
-
-/// Of the time that all methods have together, what is spent on the reference.
-const REFERENCE_SHARE: f64 = 0.5;
-
-/// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody waits.
-const MOST_SAMPLES: f64 = 16_777_216.0;
 
 /// Races the methods on a scene. What is measured goes into `data` as soon as it is known and is told to `save`; what is there already, of a race
 /// that was interrupted, is not measured again. Returns false where `watch` stopped it.
@@ -92,10 +56,9 @@ pub fn race(
         watch,
     };
     let Some(setups) = race.set_up()? else { return Ok(false) };
-    let seconds = race.try_out()?;
-    let Some(seconds) = seconds else { return Ok(false) };
-    let lengths = race.lengths(&seconds);
-    let Some(made) = race.reference(&seconds, &lengths, data.as_ref())? else { return Ok(false) };
+    let Some(costs) = race.try_out()? else { return Ok(false) };
+    let lengths = plan.lengths(&costs, race.started.elapsed().as_secs_f64());
+    let Some(made) = race.reference(&costs, &lengths, data.as_ref())? else { return Ok(false) };
     let scene = data.get_or_insert_with(|| race.begin(&setups, &lengths, &made));
     race.measure_all(scene, &made.reference, save)
 }
@@ -136,8 +99,8 @@ impl Race<'_, '_> {
     }
 
     /// Seconds of a sample a pixel, by each method; this also warms up.
-    fn try_out(&mut self) -> Result<Option<Vec<f64>>, BenchError> {
-        let mut seconds = Vec::new();
+    fn try_out(&mut self) -> Result<Option<Vec<Cost>>, BenchError> {
+        let mut costs = Vec::new();
         for method in &self.plan.methods {
             if !self.tell(format!("trying out {}", method.name()), 0.0) {
                 return Ok(None);
@@ -150,42 +113,25 @@ impl Race<'_, '_> {
             let more = (0.3 / first.max(1e-4)).clamp(1.0, 16.0) as u32;
             let before = run.seconds(clock);
             run.grow_to(renderer, 1 + more, None, &mut || true)?;
-            // The clock of processors ticks in hundredths.
-            let clocked = (run.seconds(clock) - before).max(0.25 * (run.wall_seconds - first));
-            seconds.push((clocked / f64::from(more)).max(1e-7));
+            let wall = (run.wall_seconds - first) / f64::from(more);
+            let clocked = (run.seconds(clock) - before) / f64::from(more);
+            costs.push(Cost { clock: clocked.max(0.1 * wall).max(1e-7), wall: wall.max(1e-7) });
         }
-        Ok(Some(seconds))
-    }
-
-    /// Samples a pixel in each repeat of each method.
-    fn lengths(&self, seconds: &[f64]) -> Vec<u32> {
-        let repeats = f64::from(self.plan.repeats);
-        let methods = self.plan.methods.len() as f64;
-        let a_method = match self.plan.budget {
-            Budget::Samples(n) => return vec![n; seconds.len()],
-            Budget::Seconds(s) => s,
-            Budget::Total(s) => {
-                let reference = if self.plan.reference.is_some() { 0.0 } else { REFERENCE_SHARE };
-                let left = (s - self.started.elapsed().as_secs_f64()).max(0.1 * s);
-                // A tenth goes into pictures and figures.
-                0.9 * left / (1.0 + reference) / methods
-            }
-        };
-        seconds.iter().map(|&s| (a_method / repeats / s).clamp(1.0, MOST_SAMPLES) as u32).collect()
+        Ok(Some(costs))
     }
 
     /// The image errors are measured from: given, left by an interrupted race, or rendered.
     fn reference(
         &mut self,
-        seconds: &[f64],
+        costs: &[Cost],
         lengths: &[u32],
         earlier: Option<&SceneData>,
     ) -> Result<Option<Made>, BenchError> {
         let plan = self.plan;
         let settings = &self.subject.settings;
         let size = [settings.width, settings.height];
-        self.work.all =
-            seconds.iter().zip(lengths).map(|(s, &n)| s * f64::from(n)).sum::<f64>() * f64::from(plan.repeats);
+        let all: f64 = costs.iter().zip(lengths).map(|(cost, &n)| cost.wall * f64::from(n)).sum();
+        self.work.all = all * f64::from(plan.repeats);
         if let Some(path) = &plan.reference {
             return reference::load(path, size).map(Some);
         }
@@ -199,8 +145,8 @@ impl Race<'_, '_> {
         let method = Method::DEFAULT;
         let known = plan.methods.iter().position(|m| *m == method);
         let a_sample = match known {
-            Some(index) => seconds[index],
-            None => seconds.iter().sum::<f64>() / seconds.len() as f64,
+            Some(index) => costs[index].wall,
+            None => costs.iter().map(|c| c.wall).sum::<f64>() / costs.len() as f64,
         };
         let longest = lengths.iter().copied().max().unwrap_or(1);
         let samples = match plan.budget {
@@ -372,25 +318,5 @@ fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Optio
         flip,
         dropped: run.counts.dropped,
         truncated: run.counts.truncated,
-    }
-}
-
-/// Powers of two up to `length`, and `length`; the last power gives way where it is close to the end.
-fn checkpoints(length: u32) -> Vec<u32> {
-    let powers = (0..32).map(|k| 1u32 << k).take_while(|&n| 5 * u64::from(n) <= 4 * u64::from(length));
-    powers.chain([length]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn checkpoints_double_and_end_where_the_time_does() {
-        assert_eq!(checkpoints(1), [1]);
-        assert_eq!(checkpoints(16), [1, 2, 4, 8, 16]);
-        assert_eq!(checkpoints(19), [1, 2, 4, 8, 19]);
-        assert_eq!(checkpoints(20), [1, 2, 4, 8, 16, 20]);
-        assert_eq!(checkpoints(100), [1, 2, 4, 8, 16, 32, 64, 100]);
     }
 }

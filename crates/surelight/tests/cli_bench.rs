@@ -133,6 +133,11 @@ fn resuming_measures_only_what_is_missing() {
         let redone = (new.method, new.repeat) == (1, 1);
         assert!(redone || old["wall_seconds"] == new.wall_seconds);
     }
+    // Of a complete race only the report is written again.
+    std::fs::remove_file(folder.path("report/index.html")).unwrap();
+    folder.run(&format!("{TINY} --spp 8 -o report --resume")).succeeded();
+    assert_eq!(read_data(&path).unwrap().scenes, again.scenes);
+    assert!(text(&folder, "report/index.html").contains("mis/independent"));
     let other = folder.run(&format!("{TINY} --spp 8 -o report --resume --vary max-bounces=2"));
     other.failed_with(&["cannot be resumed", "other methods"]);
 }

@@ -22,7 +22,7 @@ pub enum Format {
 pub(super) const SCALE: i32 = 2;
 
 /// Size of text.
-pub(super) const TEXT: i32 = 13 * SCALE;
+pub(super) const TEXT: i32 = 15 * SCALE;
 
 /// The same font in the SVG, where the reader may have it, and in the PNG, which has it from here; the others are about as wide or narrower.
 const FONT: &str = "DejaVu Sans, Verdana, Segoe UI, sans-serif";
@@ -97,13 +97,56 @@ pub(super) fn sheet(
     }
     // The size on the page is that of the nominal pixels; what is inside is named for those who cannot see it.
     let head = format!(
-        "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" xmlns",
+        "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" font-family=\"{FONT}\" xmlns",
         width / SCALE,
         height / SCALE,
         escape(title)
     );
     let rest = svg.find("xmlns").map(|at| &svg[at + "xmlns".len()..]).ok_or_else(|| failed("it is no SVG".into()))?;
-    Ok(head + rest)
+    Ok(head + &compact(rest))
+}
+
+/// The same drawing with fewer letters: lines of one look that follow one another, such as the dashes of a curve, become one path.
+fn compact(svg: &str) -> String {
+    let plain = svg.replace(" opacity=\"1\"", "").replace(&format!(" font-family=\"{FONT}\""), "");
+    let mut out = String::new();
+    let mut open: Option<String> = None;
+    for line in plain.lines() {
+        let stroke = strokes(line);
+        if let Some((look, steps)) = &stroke
+            && open.as_ref() == Some(look)
+        {
+            out += steps;
+            continue;
+        }
+        if open.take().is_some() {
+            out += "\"/>\n";
+        }
+        match stroke {
+            Some((look, steps)) => {
+                out += &format!("<path fill=\"none\"{look} d=\"{steps}");
+                open = Some(look);
+            }
+            None => {
+                out += line;
+                out.push('\n');
+            }
+        }
+    }
+    out
+}
+
+/// Look and steps of a line, where the element is one.
+fn strokes(element: &str) -> Option<(String, String)> {
+    if let Some(rest) = element.strip_prefix("<polyline fill=\"none\"") {
+        let (look, points) = rest.split_once(" points=\"")?;
+        let points = points.strip_suffix("\"/>")?.trim();
+        return Some((look.to_owned(), format!("M{}", points.replace(' ', "L"))));
+    }
+    let (look, ends) = element.strip_prefix("<line")?.split_once(" x1=\"")?;
+    let numbers: Vec<&str> = ends.strip_suffix("\"/>")?.split('"').step_by(2).collect();
+    let [x1, y1, x2, y2] = numbers[..] else { return None };
+    Some((look.to_owned(), format!("M{x1},{y1}L{x2},{y2}")))
 }
 
 /// Text as it may stand in XML.
@@ -199,4 +242,21 @@ pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, BenchError> {
     let enlarge = tiny_skia::Transform::from_scale(scale as f32, scale as f32);
     resvg::render(&tree, enlarge, &mut pixels.as_mut());
     pixels.encode_png().map_err(|e| failed(e.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_one_look_become_one_path() {
+        let svg = "<g>\n<line opacity=\"1\" stroke=\"#EBEBEB\" x1=\"1\" y1=\"2\" x2=\"3\" y2=\"4\"/>\n\
+                   <line opacity=\"1\" stroke=\"#EBEBEB\" x1=\"5\" y1=\"6\" x2=\"7\" y2=\"8\"/>\n\
+                   <polyline fill=\"none\" opacity=\"1\" stroke=\"#000\" points=\"1,2 3,4 5,6 \"/>\n<text>\n</g>\n";
+        assert_eq!(
+            compact(svg),
+            "<g>\n<path fill=\"none\" stroke=\"#EBEBEB\" d=\"M1,2L3,4M5,6L7,8\"/>\n\
+             <path fill=\"none\" stroke=\"#000\" d=\"M1,2L3,4L5,6\"/>\n<text>\n</g>\n"
+        );
+    }
 }

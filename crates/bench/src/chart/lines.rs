@@ -61,7 +61,7 @@ pub(super) struct Lines {
 /// Lighter than the data, unlike the grid in hue.
 const DIAGONAL: RGBColor = RGBColor(214, 196, 150);
 
-const ROW: i32 = 20 * SCALE;
+const ROW: i32 = 21 * SCALE;
 const KEY: i32 = 46 * SCALE;
 
 impl Lines {

@@ -44,7 +44,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "REF.exr")]
     pub(crate) reference: Option<PathBuf>,
 
-    /// Go on with the race that was interrupted in the folder of the report
+    /// Go on with the race that was interrupted in the folder of the report; of one that is complete, write the report again
     #[arg(long)]
     pub(crate) resume: bool,
 
