@@ -19,6 +19,7 @@ mod progression;
 mod progressive;
 mod reflect;
 mod renderer;
+mod trial;
 mod twins;
 mod upload;
 
@@ -34,4 +35,5 @@ pub use progression::{Outcome, Progress, Watch};
 pub use progressive::{Goal, render};
 pub use reflect::RecordLayout;
 pub use renderer::{Counts, Observer, Renderer};
+pub use trial::{Trial, best_trial, try_integrators};
 pub use twins::host_layouts;

@@ -43,7 +43,7 @@ where
     };
     let conflict = match &command {
         Command::Render(args) => args.method.conflict(),
-        Command::Info(args) => args.method.conflict(),
+        Command::Info(args) => args.method.conflict_without_trial(),
         Command::Measure(args) => args.conflict(),
         Command::Bench(args) => {
             if let Some(message) = args.conflict() {
@@ -357,8 +357,9 @@ mod tests {
             ("surelight a.glb --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight info a.glb --integrator area --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),
+            ("surelight info a.glb --integrator auto", ErrorKind::ArgumentConflict),
+            ("surelight measure a.glb --integrator auto --point 0,0,0 --direction 0,0,1", ErrorKind::ArgumentConflict),
             // Options of work to come are absent, not inert.
-            ("surelight a.glb --integrator auto", ErrorKind::InvalidValue),
             ("surelight a.glb --resume", ErrorKind::UnknownArgument),
         ] {
             assert_eq!(typed(line).expect_err(line).kind(), kind, "{line}");

@@ -29,6 +29,8 @@ pub(crate) enum Integrator {
     Area,
     /// Both, joined by multiple importance sampling
     Mis,
+    /// The most efficient of the three above for this scene, by a short trial of each (render only)
+    Auto,
     /// Mirrors, clear glass and one shadow ray to the middle of a light; biased, recorded as such
     Whitted,
 }
@@ -61,6 +63,12 @@ pub(crate) fn word(value: impl ValueEnum) -> String {
 }
 
 impl MethodArgs {
+    /// What is wrong with the combination where nothing is tried, if anything.
+    pub(crate) fn conflict_without_trial(&self) -> Option<&'static str> {
+        let auto = "the value 'auto' of '--integrator' is for render alone: only there a trial is worth its time";
+        self.is_auto().then_some(auto).or_else(|| self.conflict())
+    }
+
     /// What is wrong with the combination, if anything.
     pub(crate) fn conflict(&self) -> Option<&'static str> {
         (self.directions.is_some() && self.integrator != Integrator::Hemisphere).then_some(
@@ -77,9 +85,31 @@ impl MethodArgs {
                 Some(Directions::Bsdf) | None => render::Directions::Bsdf,
             }),
             Integrator::Area => render::Integrator::Area,
-            Integrator::Mis => render::Integrator::Mis,
+            // Until a trial says otherwise.
+            Integrator::Mis | Integrator::Auto => render::Integrator::Mis,
             Integrator::Whitted => render::Integrator::Whitted,
         }
+    }
+
+    /// Whether trials are to choose the integrator.
+    pub(crate) fn is_auto(&self) -> bool {
+        self.integrator == Integrator::Auto
+    }
+
+    /// The same with another integrator.
+    pub(crate) fn with(&self, integrator: render::Integrator) -> Self {
+        let integrator = match integrator {
+            render::Integrator::Hemisphere(_) => Integrator::Hemisphere,
+            render::Integrator::Area => Integrator::Area,
+            render::Integrator::Mis => Integrator::Mis,
+            render::Integrator::Whitted => Integrator::Whitted,
+        };
+        Self { integrator, ..self.clone() }
+    }
+
+    /// The word that the integrator is chosen with.
+    pub(crate) fn word(&self) -> String {
+        word(self.integrator)
     }
 
     /// As the renderer calls it.

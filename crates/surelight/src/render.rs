@@ -1,5 +1,6 @@
 //! `surelight render`: from a file to images, stage by stage.
 
+mod auto;
 mod prepare;
 mod report;
 
@@ -10,9 +11,10 @@ use surelight_render::{Counts, Device, Goal, Outcome, Renderer};
 
 use crate::args::{RenderArgs, Tonemap};
 use crate::error::Error;
+use crate::method::MethodArgs;
 use crate::parse::{Format, OutputPath, Size};
 use crate::progress::Progress;
-use crate::summary::{Seconds, Summary};
+use crate::summary::{Seconds, Summary, Tried};
 use crate::{interrupt, output};
 
 use prepare::Loaded;
@@ -23,6 +25,8 @@ struct Finished<'a> {
     args: &'a RenderArgs,
     outputs: &'a [OutputPath],
     loaded: Loaded,
+    method: MethodArgs,
+    tried: Vec<Tried>,
     device: &'a Device,
     film: Film,
     goal: Goal,
@@ -52,8 +56,17 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let device = Device::new(&prepare::adapter_choice(args.adapter.as_ref()))?;
     seconds.device = stages.end()?;
 
+    let mut settings = prepare::settings(args, &loaded.view);
+    if args.method.is_auto() {
+        progress.stage("trying integrators on", &args.scene);
+    }
+    let (method, tried) = auto::choose(&args.method, &device, &loaded, &settings)?;
+    settings.integrator = method.integrator();
+    loaded.warnings.extend(method.warning(&loaded.scene));
+    seconds.trials = stages.end()?;
+
     progress.stage("building the BVH of", &args.scene);
-    let prepared = loaded.prepare(args)?;
+    let prepared = loaded.prepare(&settings)?;
     seconds.bvh = stages.end()?;
 
     progress.stage("compiling the kernel for", &args.scene);
@@ -79,6 +92,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         args,
         outputs: &outputs,
         loaded,
+        method,
+        tried,
         device: &device,
         film,
         goal,

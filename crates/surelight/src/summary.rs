@@ -40,6 +40,8 @@ pub(crate) struct Summary {
     pub(crate) mrays_per_second: f64,
     /// Million camera paths in a second of tracing.
     pub(crate) mpaths_per_second: f64,
+    /// What `--integrator auto` tried; empty where the user chose.
+    pub(crate) tried: Vec<Tried>,
     /// Error of the image; `null` below two batches or where all is black.
     pub(crate) relative_error: Option<RelativeError>,
     /// What the error bars promise.
@@ -72,6 +74,8 @@ pub(crate) struct Seconds {
     pub(crate) load: f64,
     /// Opening the device.
     pub(crate) device: f64,
+    /// Trying integrators, with `--integrator auto`.
+    pub(crate) trials: f64,
     /// Building the BVH, the lights and the textures.
     pub(crate) bvh: f64,
     /// Composing and compiling the kernel, and uploading the scene.
@@ -98,6 +102,38 @@ pub(crate) struct RelativeError {
 impl From<ErrorSummary> for RelativeError {
     fn from(error: ErrorSummary) -> Self {
         Self { mean: error.mean, percentile_95: error.percentile_95 }
+    }
+}
+
+/// One integrator's trial.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Tried {
+    /// Its name.
+    pub(crate) integrator: String,
+    /// 1/(variance · seconds), relative to that of `mis`.
+    pub(crate) efficiency: f64,
+    /// Standard error of that, of this one's own trial.
+    pub(crate) efficiency_error: f64,
+    /// Relative variance of a sample, averaged over pixels.
+    pub(crate) variance: f64,
+    /// Seconds for a sample of a pixel.
+    pub(crate) seconds: f64,
+    /// Whether it is the one that rendered.
+    pub(crate) chosen: bool,
+}
+
+impl Display for Tried {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:<11} efficiency {:.2} ± {:.2} of mis (relative variance of a sample {:.3}, {:.3} µs each){}",
+            self.integrator,
+            self.efficiency,
+            self.efficiency_error,
+            Significant(self.variance),
+            Significant(self.seconds * 1e6),
+            if self.chosen { ", chosen" } else { "" }
+        )
     }
 }
 
@@ -167,6 +203,9 @@ impl Display for Summary {
             Significant(self.mpaths_per_second),
             Significant(self.mrays_per_second)
         )?;
+        for tried in &self.tried {
+            writeln!(f, "tried     {tried}")?;
+        }
         match self.relative_error {
             Some(error) => writeln!(
                 f,
@@ -269,6 +308,7 @@ mod tests {
             seconds: Seconds { trace: 2.0, total: 2.5, ..Seconds::default() },
             mrays_per_second: 10.0,
             mpaths_per_second: 1.8432,
+            tried: vec![],
             intervals: Intervals {
                 certified: 0.987,
                 confidence: 0.95,

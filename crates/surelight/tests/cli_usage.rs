@@ -20,9 +20,9 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
         "a.glb --tonemap filmic",
         "info",
         "a.glb --integrator area --directions cosine",
-        // Commands and options of work to come do not exist yet.
-        "a.glb --integrator auto",
-        "a.glb --error 2%",
+        "a.glb --error 0%",
+        "a.glb --confidence 95%",
+        "info a.glb --integrator auto",
     ] {
         let ran = folder.run(line);
         assert_eq!(ran.code, Some(2), "{line}: {ran:#?}");

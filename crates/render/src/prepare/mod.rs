@@ -52,6 +52,11 @@ pub enum Integrator {
 }
 
 impl Integrator {
+    /// The hemisphere form with its usual directions.
+    pub fn default_hemisphere() -> Self {
+        Self::Hemisphere(Directions::default())
+    }
+
     /// Whether the expected value is not the radiance.
     pub fn is_biased(self) -> bool {
         self == Self::Whitted

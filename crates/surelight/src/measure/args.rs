@@ -109,7 +109,7 @@ impl MeasureArgs {
             None if view => {
                 Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")
             }
-            _ => self.method.conflict(),
+            _ => self.method.conflict_without_trial(),
         }
     }
 }

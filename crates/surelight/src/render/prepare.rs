@@ -31,7 +31,6 @@ impl Loaded {
         let mut warnings = std::mem::take(&mut scene.warnings);
         warnings.extend(view.note.clone());
         warnings.extend(light_note);
-        warnings.extend(args.method.warning(&scene));
         Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings })
     }
 
@@ -44,8 +43,8 @@ impl Loaded {
     }
 
     /// Builds the BVH, the lights and the textures.
-    pub(super) fn prepare(&mut self, args: &RenderArgs) -> Result<Prepared, Error> {
-        let prepared = Prepared::new(&self.scene, &self.view.camera, &settings(args, &self.view))?;
+    pub(super) fn prepare(&mut self, settings: &Settings) -> Result<Prepared, Error> {
+        let prepared = Prepared::new(&self.scene, &self.view.camera, settings)?;
         let broken = prepared.accel.skipped.non_finite;
         if broken > 0 {
             self.warnings.push(format!("{broken} triangles with corners that are not finite were left out"));
@@ -65,7 +64,8 @@ pub(crate) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
     }
 }
 
-fn settings(args: &RenderArgs, view: &View) -> Settings {
+/// What the options ask for, but for an integrator that is still to be chosen.
+pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
     Settings {
         max_bounces: args.max_bounces.0,
         integrator: args.method.integrator(),

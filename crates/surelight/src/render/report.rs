@@ -65,6 +65,7 @@ impl Finished<'_> {
             seconds: self.seconds,
             mrays_per_second: mega_rate(self.counts.rays, self.seconds.trace),
             mpaths_per_second: mega_rate(self.counts.paths, self.seconds.trace),
+            tried: self.tried.clone(),
             relative_error: self.film.error_summary().map(RelativeError::from),
             intervals: self.intervals(),
             dropped_samples: self.counts.dropped,
@@ -97,7 +98,7 @@ impl Finished<'_> {
 
     /// Options in force that make the expected image another than the true one.
     fn biased(&self) -> Vec<String> {
-        let integrator = self.args.method.bias(&self.loaded.scene);
+        let integrator = self.method.bias(&self.loaded.scene);
         let bounces = self.args.max_bounces.0.map(|n| format!("max-bounces {n}"));
         let clamp = self.args.max_radiance.map(|x| format!("max-radiance {x}"));
         integrator.into_iter().chain(bounces).chain(clamp).collect()
@@ -124,9 +125,9 @@ impl Finished<'_> {
             ("env-scale", json!(args.light.env_scale)),
             ("sky", json!(self.loaded.sky())),
             ("max-radiance", json!(args.max_radiance)),
-            ("integrator", json!(word(args.method.integrator))),
-            ("directions", json!(args.method.directions_in_force().map(word))),
-            ("sampler", json!(word(args.method.sampler))),
+            ("integrator", json!(word(self.method.integrator))),
+            ("directions", json!(self.method.directions_in_force().map(word))),
+            ("sampler", json!(word(self.method.sampler))),
             ("error", json!(args.stop.error)),
             ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
             ("bound", json!(args.stop.bound.map(word))),

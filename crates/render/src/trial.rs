@@ -1,0 +1,163 @@
+//! Which integrator is the best for a scene: short, interleaved trials of each.
+
+use std::time::Instant;
+
+use surelight_film::Film;
+use surelight_scene::{Camera, Scene};
+
+use crate::{
+    device::Device,
+    error::RenderError,
+    prepare::{Integrator, Prepared, Settings, luminance},
+    renderer::Renderer,
+};
+
+/// Pixels on the longer side of a trial's picture: efficiencies differ by integrator, hardly by resolution.
+const SIDE: u32 = 96;
+
+/// Rounds, in which each integrator has its turn, so that a machine that slows down slows all of them alike.
+const ROUNDS: u32 = 6;
+
+/// Single samples of a round, each a batch.
+const SAMPLES: u32 = 8;
+
+/// Trials' batches have numbers that no render comes to: their samples are others, and are thrown away.
+const FIRST_BATCH: u32 = 3 << 30;
+
+/// Added to a pixel's squared mean, as a share of the picture's: dark pixels do not decide.
+const FLOOR: f64 = 0.01;
+
+/// How an integrator did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// What was tried.
+    pub integrator: Integrator,
+    /// Variance of a sample relative to its pixel's squared mean, averaged over pixels, in luminance.
+    pub variance: f64,
+    /// Seconds for one sample of one pixel.
+    pub seconds: f64,
+    /// 1/(variance · seconds): what a second buys in accuracy.
+    pub efficiency: f64,
+    /// Relative standard error of the efficiency, from its spread over rounds.
+    pub error: f64,
+}
+
+/// Tries each integrator on a small picture of the scene. The order is that of `integrators`.
+///
+/// # Errors
+/// Where the scene cannot be prepared or the device fails.
+pub fn try_integrators(
+    device: &Device,
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+    integrators: &[Integrator],
+) -> Result<Vec<Trial>, RenderError> {
+    let scale = f64::from(SIDE) / f64::from(settings.width.max(settings.height));
+    let side = |n: u32| ((f64::from(n) * scale).round() as u32).clamp(1, SIDE);
+    let [width, height] = [side(settings.width), side(settings.height)];
+    let mut renderers = Vec::new();
+    for &integrator in integrators {
+        let settings = Settings { width, height, integrator, ..settings.clone() };
+        renderers.push(Renderer::new(device, &Prepared::new(scene, camera, &settings)?)?);
+    }
+    // Of each integrator and round.
+    let mut films = vec![Vec::new(); integrators.len()];
+    let mut seconds = vec![Vec::new(); integrators.len()];
+    for round in 0..ROUNDS {
+        for (i, renderer) in renderers.iter_mut().enumerate() {
+            let mut film = Film::new(width, height);
+            let began = Instant::now();
+            let mut done = 0;
+            while done < SAMPLES {
+                let batches = renderer.most_batches().min(SAMPLES - done);
+                renderer.trace(&mut film, FIRST_BATCH + round * SAMPLES + done, batches, 1, &mut |_| true)?;
+                done += batches;
+            }
+            seconds[i].push(began.elapsed().as_secs_f64() / f64::from(SAMPLES) / film.pixels().len() as f64);
+            films[i].push(film);
+        }
+    }
+    let weights = weights(&films);
+    Ok((0..integrators.len()).map(|i| judge(integrators[i], &films[i], &seconds[i], &weights)).collect())
+}
+
+/// For each pixel, 1/(mean² + floor), by the samples of all integrators together.
+fn weights(films: &[Vec<Film>]) -> Vec<f64> {
+    let all: Vec<&Film> = films.iter().flatten().collect();
+    let Some(first) = all.first() else { return Vec::new() };
+    let means: Vec<f64> = (0..first.pixels().len())
+        .map(|p| all.iter().map(|film| luminance(film.mean(p).map(|c| c as f32))).sum::<f64>() / all.len() as f64)
+        .collect();
+    let mean = means.iter().sum::<f64>() / means.len() as f64;
+    means.iter().map(|m| 1.0 / (m * m + FLOOR * mean * mean).max(f64::MIN_POSITIVE)).collect()
+}
+
+fn judge(integrator: Integrator, films: &[Film], seconds: &[f64], weights: &[f64]) -> Trial {
+    let variance_of = |film: &Film| {
+        let relative = |p: usize| {
+            let variance = film.variance_of_mean(p).unwrap_or_default();
+            // Σ w_c σ_c, squared: channels vary together.
+            luminance(variance.map(|v| v.sqrt() as f32)).powi(2) * film.samples(p) as f64 * weights[p]
+        };
+        (0..weights.len()).map(relative).sum::<f64>() / weights.len().max(1) as f64
+    };
+    let variances: Vec<f64> = films.iter().map(variance_of).collect();
+    let rounds = variances.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / rounds;
+    let (variance, seconds_a_sample) = (mean(&variances), mean(seconds));
+    let costs: Vec<f64> = variances.iter().zip(seconds).map(|(v, s)| v * s).collect();
+    let cost = mean(&costs);
+    let spread = costs.iter().map(|c| (c - cost).powi(2)).sum::<f64>() / (rounds - 1.0) / rounds;
+    let cost = cost.max(f64::MIN_POSITIVE);
+    Trial { integrator, variance, seconds: seconds_a_sample, efficiency: 1.0 / cost, error: spread.sqrt() / cost }
+}
+
+/// The most efficient, unless `usual` is no worse than by chance: its place in the list.
+pub fn best_trial(trials: &[Trial], usual: Integrator) -> Option<usize> {
+    let best = (0..trials.len()).max_by(|&a, &b| trials[a].efficiency.total_cmp(&trials[b].efficiency))?;
+    let Some(usual) = trials.iter().position(|t| t.integrator == usual) else { return Some(best) };
+    // Two standard errors of the logarithm of their ratio.
+    let apart = (trials[best].efficiency / trials[usual].efficiency).ln();
+    let doubt = 2.0 * trials[best].error.hypot(trials[usual].error);
+    Some(if apart > doubt { best } else { usual })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surelight_film::BatchSum;
+
+    fn trial(integrator: Integrator, efficiency: f64, error: f64) -> Trial {
+        Trial { integrator, variance: 1.0, seconds: 1.0 / efficiency, efficiency, error }
+    }
+
+    #[test]
+    fn the_usual_one_stays_unless_another_is_surely_better() {
+        let mis = trial(Integrator::Mis, 10.0, 0.05);
+        for (efficiency, error, best) in [(20.0, 0.05, 1), (10.5, 0.05, 0), (20.0, 0.5, 0), (5.0, 0.01, 0)] {
+            assert_eq!(best_trial(&[mis, trial(Integrator::Area, efficiency, error)], Integrator::Mis), Some(best));
+        }
+        assert_eq!(best_trial(&[trial(Integrator::Area, 1.0, 0.1)], Integrator::Mis), Some(0));
+        assert_eq!(best_trial(&[], Integrator::Mis), None);
+    }
+
+    #[test]
+    fn efficiency_is_that_of_its_definition() {
+        // Single samples 0 and 2: mean 1, variance 2 between two of them, in each of two rounds of 1 and 3 seconds.
+        let film = || {
+            let mut film = Film::new(1, 1);
+            for value in [0.0, 2.0] {
+                film.add_batch(1, &[0], &[BatchSum::constant(1, [value; 3])]).unwrap();
+            }
+            film
+        };
+        let films = [film(), film()];
+        let weights = weights(&[films.to_vec()]);
+        assert!((weights[0] - 1.0 / 1.01).abs() < 1e-6);
+        let trial = judge(Integrator::Mis, &films, &[1.0, 3.0], &weights);
+        assert!((trial.variance * 1.01 - 2.0).abs() < 1e-5, "{trial:?}");
+        assert!((trial.efficiency * trial.variance * 2.0 - 1.0).abs() < 1e-9);
+        assert!((trial.error - 0.5).abs() < 1e-9);
+    }
+}
