@@ -10,6 +10,7 @@ pub mod probe;
 pub mod random;
 pub mod render;
 pub mod scenes;
+pub mod seeds;
 pub mod sphere;
 pub mod walk;
 pub mod welch;

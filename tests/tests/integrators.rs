@@ -192,22 +192,20 @@ fn whitted_is_biased_and_says_so() {
     assert!(relative < -0.05 && test.p < 1e-12, "whitted differs by {relative}, p = {}", test.p);
 }
 
-/// Relative RMS errors, over pixels and channels, of a batch of each size, by the spread of `batches` of them: all that unbiased ones have.
-fn errors(sampler: Sampler, sizes: &[u32], batches: u32) -> Vec<f64> {
+/// RMS errors of a picture of `spp` samples a pixel for each of `spps`, over pixels and channels: all that unbiased pictures have.
+///
+/// A picture is 16 scrambles, of one sample at least, as in a render: its variance is known from the spread of `batches` scrambles.
+fn errors(sampler: Sampler, spps: &[u32], batches: u32) -> Vec<f64> {
     let scene = surelight_scene::procedural::cornell_box::cornell_box();
-    let prepared = prepare(&scene, &Settings { sampler, ..Settings::new(16, 16) });
-    let films: Vec<_> = sizes.iter().map(|&samples| trace(&prepared, [16, 16], batches, samples)).collect();
-    // Relative to the best means there are: else the few pixels at the lamp's edge would make up all of the error.
-    let best = films.last().expect("sizes are given");
-    let error = |film: &Film| {
-        let squares = all(film).flat_map(|i| {
-            let variance = film.variance_of_mean(i).expect("several batches");
-            let mean = best.mean(i);
-            [0, 1, 2].map(|c| variance[c] * f64::from(batches) / (mean[c] * mean[c] + 1e-4))
-        });
-        (squares.sum::<f64>() / (3.0 * film.pixels().len() as f64)).sqrt()
+    let prepared = prepare(&scene, &Settings { sampler, ..Settings::new(24, 24) });
+    let error = |&spp: &u32| {
+        let film = trace(&prepared, [24, 24], batches, (spp / 16).max(1));
+        let scrambles = f64::from(spp.min(16));
+        let variance = |i: usize| film.variance_of_mean(i).expect("several batches").iter().sum::<f64>();
+        let squares = all(&film).map(|i| variance(i) * f64::from(batches) / scrambles).sum::<f64>();
+        (squares / (3.0 * film.pixels().len() as f64)).sqrt()
     };
-    films.iter().map(error).collect()
+    spps.iter().map(error).collect()
 }
 
 /// The power of N with which errors fall, from the first size to the last.
@@ -215,17 +213,16 @@ fn slope(sizes: [u32; 2], errors: &[f64]) -> f64 {
     (errors[1] / errors[0]).ln() / f64::from(sizes[1] / sizes[0]).ln()
 }
 
-/// Independent samples err by 1/√N, Sobol's by less, from few samples on.
+/// Independent samples err by 1/√N; Sobol's by less, although 16 scrambles tell the error bar.
 ///
-/// Some 250 independent pixels of 256 batches know the root of a variance to about 0.6 %, and the slope over a factor 16 to 0.003 (one
-/// standard error); Sobol's over 64, of 64 batches, to 0.005.
+/// The pixels that the lamp's edge crosses make up most of these errors. Over five seeds the slopes had standard deviations of 0.010 and 0.006.
 #[test]
 fn errors_fall_as_they_should() {
-    let (few, many) = ([4, 64], [4, 256]);
+    let (few, many) = ([16, 256], [4, 1024]);
     let independent = errors(Sampler::Independent, &few, 256);
     let sobol = errors(Sampler::Sobol, &many, 64);
     let (flat, steep) = (slope(few, &independent), slope(many, &sobol));
     println!("independent {flat:.3} {independent:.4?}, sobol {steep:.3} {sobol:.4?}");
     assert!((flat + 0.5).abs() < 0.02, "independent samples' error falls with the power {flat}");
-    assert!(steep < -0.58, "Sobol's error falls with the power {steep}");
+    assert!(steep < -0.65, "Sobol's error falls with the power {steep}");
 }

@@ -6,26 +6,27 @@ use crate::luminance;
 
 /// Sum of a batch's samples, and how they were spread.
 ///
-/// The fourth word holds the largest luminance of a sample and the sum of squared luminances, each as the upper half of an f32
-/// (8 bits of precision: enough to judge a tail by). The device never writes 0 there, so that a batch that is missing shows.
+/// The fourth word holds the upper bits of two f32: 20 of the largest luminance of a sample (rounded to 1/8192 of itself), 12 of the sum of
+/// squared luminances (to 1/32). That is enough to judge a tail by. The device never writes 0 there, so that a batch that is missing shows.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct BatchSum {
     /// Sum of radiance, linear Rec. 709.
     pub sum: [f32; 3],
-    /// Upper halves of [`Self::largest`] and [`Self::squares`].
+    /// Upper bits of [`Self::largest`] and [`Self::squares`].
     pub tail: u32,
 }
 
-/// The upper half of an f32, rounded to nearest. Twin of `tail_word` in `shaders/kernel/state.wesl`.
-fn upper_half(x: f32) -> u32 {
-    (x.to_bits() + 0x8000) >> 16
+/// Bits that are left of an f32 without sign when its last `dropped` − 1 are rounded away.
+fn upper_bits(x: f32, dropped: u32) -> u32 {
+    (x.to_bits() + (1 << (dropped - 1))) >> dropped
 }
 
 impl BatchSum {
     /// From the sum, the largest luminance of a sample and the sum of squared luminances.
     pub fn new(sum: [f32; 3], largest: f32, squares: f32) -> Self {
-        Self { sum, tail: upper_half(largest.max(f32::MIN_POSITIVE)) << 16 | upper_half(squares) }
+        // Twin of `tail_word` in shaders/kernel/state.wesl.
+        Self { sum, tail: upper_bits(largest.max(f32::MIN_POSITIVE), 11) << 12 | upper_bits(squares, 19) }
     }
 
     /// A batch of `samples` samples that all have the same radiance.
@@ -39,15 +40,15 @@ impl BatchSum {
         self.tail != 0
     }
 
-    /// Largest luminance of a sample, to 0.4 %.
+    /// Largest luminance of a sample.
     pub fn largest(&self) -> f32 {
-        let largest = f32::from_bits(self.tail & 0xffff_0000);
+        let largest = f32::from_bits(self.tail >> 12 << 11);
         if largest > f32::MIN_POSITIVE { largest } else { 0.0 }
     }
 
-    /// Sum of squared luminances of the samples, to 0.4 %; infinite where it exceeds the range.
+    /// Sum of squared luminances of the samples; infinite where it exceeds the range.
     pub fn squares(&self) -> f32 {
-        f32::from_bits(self.tail << 16)
+        f32::from_bits(self.tail << 20 >> 1)
     }
 }
 
@@ -60,8 +61,8 @@ mod tests {
         for (largest, squares) in [(0.0f32, 0.0f32), (1.0, 3.0), (1e-20, 1e-38), (3e30, f32::INFINITY), (0.2, 1e7)] {
             let batch = BatchSum::new([1.0, 2.0, 3.0], largest, squares);
             assert!(batch.is_written());
-            assert!((batch.largest() - largest).abs() <= 0.004 * largest + f32::MIN_POSITIVE, "{batch:?}");
-            assert!(batch.squares() == squares || (batch.squares() / squares - 1.0).abs() <= 0.004, "{batch:?}");
+            assert!((batch.largest() - largest).abs() <= largest / 8192.0 + f32::MIN_POSITIVE, "{batch:?}");
+            assert!(batch.squares() == squares || (batch.squares() / squares - 1.0).abs() <= 1.0 / 32.0, "{batch:?}");
         }
         assert!(!BatchSum::default().is_written());
     }

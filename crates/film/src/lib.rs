@@ -52,5 +52,5 @@ pub use png::{Display, encode_png, write_png, write_rgb8_png};
 pub use precision::{Bound, CERTIFIED_SHARE, LUMINANCE_FLOOR, PRECISE_SHARE, Precision, Reach};
 pub use stats::ErrorSummary;
 pub(crate) use stats::luminance;
-pub use tail::{Certificate, HEAVY};
+pub use tail::{Certificate, HEAVY, LEAST_SAMPLES};
 pub use tonemap::{ToneMap, linear_to_srgb, to_u8};

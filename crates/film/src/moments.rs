@@ -144,7 +144,7 @@ impl PixelMoments {
             self.square_sum[channel].add_f64(s * s);
         }
         self.largest = self.largest.max(batch.largest());
-        // 8 significant bits each: exact, in any order, unless batches differ by 2⁴⁰.
+        // Few significant bits each: exact, in any order, unless batches differ by 2⁴⁰.
         self.squares += f64::from(batch.squares());
         true
     }

@@ -19,6 +19,7 @@ mod progression;
 mod progressive;
 mod reflect;
 mod renderer;
+mod resources;
 mod trial;
 mod twins;
 mod upload;

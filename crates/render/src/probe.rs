@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     kernel::{Checks, Kernel, Resource},
     prepare::Prepared,
-    renderer::scene_resources,
+    resources::scene_resources,
     upload::Uploader,
 };
 
@@ -37,10 +37,12 @@ pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     let shader = compose(root, &features, &prepared.constants())?;
     let mut up = Uploader::new(device);
     let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+    let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
     let size = (results * size_of::<R>()) as u64;
     let input = up.buffer("the queries", queries, U::STORAGE)?;
     let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;
     let readback = up.zeros("the results' copy", size, U::MAP_READ | U::COPY_DST)?;
+    resources.insert("view", Resource::Buffer(view));
     resources.insert("queries", Resource::Buffer(input));
     resources.insert("results", Resource::Buffer(output.clone()));
     let kernel = Kernel::new(device, &shader, entry, Checks::Full, &resources)?;

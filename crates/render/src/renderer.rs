@@ -5,14 +5,15 @@ use std::time::{Duration, Instant};
 use surelight_film::{BatchSum, Features as FilmFeatures, Film};
 
 use crate::{
-    compose::{Composed, compose},
+    compose::compose,
     device::Device,
     error::RenderError,
     features::Features,
-    kernel::{Checks, Kernel, Resource, Resources},
+    kernel::{Checks, Kernel, Resource},
     pass::{Control, FeaturePixel, GROUP, Pass, Tile},
-    prepare::{InstanceRows, Prepared, sheen_albedos},
+    prepare::{Prepared, View},
     reflect::RecordLayout,
+    resources::scene_resources,
     upload::Uploader,
 };
 
@@ -69,6 +70,7 @@ pub struct Renderer<'a> {
     pub compile_seconds: f64,
     kernel: Kernel,
     feature_kernel: Kernel,
+    view: wgpu::Buffer,
     pass_buffer: wgpu::Buffer,
     control: wgpu::Buffer,
     control_readback: wgpu::Buffer,
@@ -122,6 +124,7 @@ impl<'a> Renderer<'a> {
         use wgpu::BufferUsages as U;
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
         let lanes = u64::from(most_lanes);
+        let view = up.buffer("the view", &[prepared.view], U::UNIFORM | U::COPY_DST)?;
         let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
         let control = up.buffer("the control record", &[Control::default()], storage)?;
         let control_readback =
@@ -132,6 +135,7 @@ impl<'a> Renderer<'a> {
         let feature_pixels = up.zeros("first-hit features", lanes * 32, storage)?;
         let readback = up.zeros("the copy of batch sums", sum_bytes.max(lanes * 32), U::MAP_READ | U::COPY_DST)?;
         for (name, buffer) in [
+            ("view", &view),
             ("pass_info", &pass_buffer),
             ("control", &control),
             ("states", &states),
@@ -150,6 +154,7 @@ impl<'a> Renderer<'a> {
             compile_seconds: 0.0,
             kernel,
             feature_kernel,
+            view,
             pass_buffer,
             control,
             control_readback,
@@ -186,6 +191,12 @@ impl<'a> Renderer<'a> {
             threads: self.threads,
             ..Pass::default()
         }
+    }
+
+    /// Changes the seed: pictures from here on are independent of those before.
+    pub fn set_seed(&self, seed: u32) {
+        let offset = std::mem::offset_of!(View, seed) as u64;
+        self.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
     }
 
     /// Most batches that one call of [`Self::trace`] can hold.
@@ -336,52 +347,6 @@ impl<'a> Renderer<'a> {
         }
         film.set_features(all).map_err(|e| RenderError::LostWork { message: e.to_string() })
     }
-}
-
-/// Uploads what a kernel of this scene may read; by name.
-pub(crate) fn scene_resources(
-    up: &mut Uploader<'_>,
-    prepared: &Prepared,
-    features: &Features,
-    shader: &Composed,
-) -> Result<Resources, RenderError> {
-    use wgpu::BufferUsages as U;
-    let mut resources = Resources::new();
-    let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
-    resources.insert("view", Resource::Buffer(view));
-    let mut storage = |name: &'static str, what: &str, wanted: bool, bytes: &[u8]| -> Result<(), RenderError> {
-        if wanted {
-            let resource = if features.items_image {
-                Resource::Image(up.image(what, bytes)?)
-            } else {
-                Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?)
-            };
-            resources.insert(name, resource);
-        }
-        Ok(())
-    };
-    let cast = bytemuck::cast_slice::<_, u8>;
-    storage("items", "the BVH", true, bytemuck::cast_slice(&prepared.accel.items))?;
-    storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
-    let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
-    storage("materials", "materials", true, &materials)?;
-    let instances: Vec<_> = prepared.accel.instances.iter().map(InstanceRows::new).collect();
-    storage("instances", "instances", features.instances, bytemuck::cast_slice(&instances))?;
-    storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
-    let lights = &prepared.lights;
-    storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
-    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area))?;
-    storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
-    if features.sheen {
-        storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;
-    }
-    if let Some(environment) = &prepared.environment {
-        let alias: Vec<[u32; 2]> = environment.alias.iter().map(|s| [s.threshold.to_bits(), s.alias]).collect();
-        storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;
-        storage("environment_alias", "the environment's alias table", true, cast(&alias))?;
-    }
-    storage("texels", "textures", features.textures, bytemuck::cast_slice(&prepared.textures.texels))?;
-    Ok(resources)
 }
 
 /// Threads of a CPU driver: it makes one for each core.

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_film::{CERTIFIED_SHARE, ErrorSummary};
+use surelight_film::{CERTIFIED_SHARE, ErrorSummary, LEAST_SAMPLES};
 
 use crate::progress::Significant;
 
@@ -234,7 +234,10 @@ impl Display for Summary {
 impl Display for Intervals {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(half_width) = self.half_width else {
-            return write!(f, "no pixel: too few samples, or light that comes by rare, bright ones");
+            return write!(
+                f,
+                "no pixel: it takes {LEAST_SAMPLES} samples, and light that does not come by rare, bright ones"
+            );
         };
         let (share, confidence) = (Percent(self.certified), Percent(self.confidence));
         write!(

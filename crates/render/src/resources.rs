@@ -1,0 +1,55 @@
+//! What a kernel reads of the scene: uploaded once, bound by name.
+
+use crate::{
+    compose::Composed,
+    error::RenderError,
+    features::Features,
+    kernel::{Resource, Resources},
+    prepare::{InstanceRows, Prepared, sheen_albedos},
+    reflect::RecordLayout,
+    upload::Uploader,
+};
+
+/// Uploads the scene, but for the view of it.
+pub(crate) fn scene_resources(
+    up: &mut Uploader<'_>,
+    prepared: &Prepared,
+    features: &Features,
+    shader: &Composed,
+) -> Result<Resources, RenderError> {
+    use wgpu::BufferUsages as U;
+    let mut resources = Resources::new();
+    let mut storage = |name: &'static str, what: &str, wanted: bool, bytes: &[u8]| -> Result<(), RenderError> {
+        if wanted {
+            let resource = if features.items_image {
+                Resource::Image(up.image(what, bytes)?)
+            } else {
+                Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?)
+            };
+            resources.insert(name, resource);
+        }
+        Ok(())
+    };
+    let cast = bytemuck::cast_slice::<_, u8>;
+    storage("items", "the BVH", true, bytemuck::cast_slice(&prepared.accel.items))?;
+    storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
+    let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
+    storage("materials", "materials", true, &materials)?;
+    let instances: Vec<_> = prepared.accel.instances.iter().map(InstanceRows::new).collect();
+    storage("instances", "instances", features.instances, bytemuck::cast_slice(&instances))?;
+    storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
+    let lights = &prepared.lights;
+    storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
+    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area))?;
+    storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
+    if features.sheen {
+        storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;
+    }
+    if let Some(environment) = &prepared.environment {
+        let alias: Vec<[u32; 2]> = environment.alias.iter().map(|s| [s.threshold.to_bits(), s.alias]).collect();
+        storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;
+        storage("environment_alias", "the environment's alias table", true, cast(&alias))?;
+    }
+    storage("texels", "textures", features.textures, bytemuck::cast_slice(&prepared.textures.texels))?;
+    Ok(resources)
+}

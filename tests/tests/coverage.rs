@@ -1,0 +1,119 @@
+//! Do error bars hold? Of many independent renders, the 95 % interval of 95 ± 2 % of the certified pixels contains the truth;
+//! and where it would not, pixels are not certified.
+//!
+//! Pictures are small, but not so small that neighbours show other things: at 10 × 10 pixels, whose neighbours cannot vouch for each
+//! other, the glass room's certified pixels hold in 91 % only.
+//!
+//! Power: every count is of 200 renders of 256 pixels. Their standard error is below 0.3 % for pixels that are certified in all of them,
+//! so that an interval that covered 93.7 % or 96.3 % in truth would be told from 95 %, nine times in ten at α = 0.01, and one outside 95 ± 2 % fails.
+
+use glam::DVec3;
+use surelight_estimate::student_t_quantile;
+use surelight_film::Film;
+use surelight_render::{Integrator, Renderer, Settings};
+use surelight_scene::Scene;
+use surelight_scene::procedural::{cornell_box, glass, quad_light};
+use surelight_tests::render::{device, prepare};
+use surelight_tests::scenes::{look_at, pinhole};
+use surelight_tests::seeds::film_of;
+
+const SIZE: [u32; 2] = [16, 16];
+const RENDERS: u32 = 200;
+/// An interval needs 16 scrambles.
+const BATCHES: u32 = 16;
+
+/// How often intervals hold.
+struct Coverage {
+    /// Of certified pixels, the share whose interval contains the truth.
+    certified: f64,
+    /// Of all pixels.
+    all: f64,
+    /// Share of pixels that are certified.
+    share: f64,
+}
+
+/// Counts over all renders; `truth` in green, or `None` for the mean of all the renders.
+fn coverage(name: &str, scene: &Scene, integrator: Integrator, samples: u32, truth: Option<f64>) -> Coverage {
+    let settings = Settings { integrator, ..Settings::new(SIZE[0], SIZE[1]) };
+    let mut renderer = Renderer::new(device(), &prepare(scene, &settings)).unwrap_or_else(|e| panic!("{e}"));
+    let films: Vec<Film> = (0..RENDERS).map(|r| film_of(&mut renderer, SIZE, r * BATCHES, BATCHES, samples)).collect();
+    let mut whole = Film::new(SIZE[0], SIZE[1]);
+    films.iter().for_each(|film| whole.merge(film).expect("the same size"));
+    let t = student_t_quantile(0.975, f64::from(BATCHES - 1));
+    // A render is part of the mean it is held against: their difference varies by 1 − 1/R of its own variance.
+    let shrunk = if truth.is_some() { 1.0 } else { 1.0 - 1.0 / f64::from(RENDERS) };
+    let (mut judged, mut held, mut certified, mut certified_held) = (0, 0, 0, 0);
+    for film in &films {
+        let certificate = film.certify();
+        for i in 0..film.pixels().len() {
+            let truth = truth.unwrap_or(whole.mean(i)[1]);
+            let variance = film.variance_of_mean(i).expect("16 batches")[1];
+            // Sums are f32.
+            let half_width = t * (variance * shrunk).sqrt() + 1e-6 * truth;
+            // Pixels without any spread have no interval to judge: they would only flatter the count.
+            if variance == 0.0 {
+                continue;
+            }
+            judged += 1;
+            let holds = (film.mean(i)[1] - truth).abs() <= half_width;
+            held += u32::from(holds);
+            certified += u32::from(certificate.certified[i]);
+            certified_held += u32::from(holds && certificate.certified[i]);
+        }
+    }
+    let all = f64::from(judged);
+    let found = Coverage {
+        certified: f64::from(certified_held) / f64::from(certified),
+        all: f64::from(held) / all,
+        share: f64::from(certified) / all,
+    };
+    println!(
+        "{name}, {} spp: 95 % intervals hold for {:.2} % of certified pixels ({:.1} % of all) and {:.2} % of all",
+        BATCHES * samples,
+        100.0 * found.certified,
+        100.0 * found.share,
+        100.0 * found.all
+    );
+    found
+}
+
+fn assert_holds(name: &str, found: &Coverage) {
+    assert!((found.certified - 0.95).abs() <= 0.02, "{name}: intervals hold for {:.4}", found.certified);
+}
+
+/// A spot of a floor under a square lamp, so small that all pixels see the same.
+#[test]
+fn intervals_hold_against_a_closed_form() {
+    let mut scene = quad_light::quad_light();
+    let (x, z) = (0.3, -0.2);
+    let spot = DVec3::new(x, 0.0, z);
+    scene.cameras[0] = pinhole(look_at(spot + DVec3::new(0.4, 0.3, 0.5), spot, DVec3::Y), 1e-3);
+    let found = coverage("a spot under a lamp", &scene, Integrator::Area, 16, Some(quad_light::radiance(x, z)[1]));
+    assert_holds("a spot under a lamp", &found);
+    assert!(found.share > 0.9, "only {:.3} of the pixels are certified", found.share);
+}
+
+#[test]
+fn intervals_hold_in_the_cornell_box() {
+    assert_holds("cornell", &coverage("cornell", &cornell_box::cornell_box(), Integrator::Mis, 16, None));
+}
+
+/// Caustics and light seen through glass come by chance: few pixels are certified, and those hold.
+#[test]
+fn intervals_hold_behind_glass_where_they_are_certified() {
+    let found = coverage("glass", &glass::glass(), Integrator::Mis, 16, None);
+    assert_holds("glass", &found);
+    assert!(found.all < 0.93, "without the certificate, intervals would hold as well: {:.4}", found.all);
+    assert!(found.share < 0.5, "{:.3} of the pixels are certified", found.share);
+}
+
+/// Nearly all pixels are certified in the end, where nothing is met by chance alone.
+#[test]
+fn a_cornell_box_is_certified_in_the_end() {
+    let size = [24, 24];
+    let prepared = prepare(&cornell_box::cornell_box(), &Settings::new(size[0], size[1]));
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let share = film_of(&mut renderer, size, 0, BATCHES, 256).certify().share();
+    println!("cornell, 4096 spp: {:.2} % of the pixels are certified", 100.0 * share);
+    assert!(share > 0.99, "{share}");
+}

@@ -1,0 +1,106 @@
+//! Stopping at a stated error keeps its promise, also where light comes by rare, bright samples; and where it cannot be kept, it says so.
+//!
+//! A spot of floor under a small lamp whose directions are sampled uniformly: a sample is 0, or, with the probability p that a direction meets the
+//! lamp, about 1/p of the mean. The truth is Lambert's formula for polygons.
+
+use glam::DVec3;
+use surelight_film::{Bound, Film, Precision};
+use surelight_render::{Directions, Goal, Integrator, Outcome, Renderer, Settings, render};
+use surelight_scene::procedural::{polygon_irradiance, shapes::Shape};
+use surelight_scene::Scene;
+use surelight_tests::render::{device, prepare};
+use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
+
+const SIZE: [u32; 2] = [8, 4];
+const RADIANCE: f32 = 10.0;
+const REFLECTANCE: f32 = 0.5;
+
+/// A floor under a square lamp at height 1 that a share `p` of uniform directions meets, and the radiance that all pixels see.
+fn spot(p: f64) -> (Scene, f64) {
+    let half = 0.5 * (std::f64::consts::TAU * p).sqrt();
+    let mut scene = Scene { name: format!("a lamp met by {p:.4} of directions"), ..Scene::default() };
+    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([REFLECTANCE; 3]));
+    add(&mut scene, Shape::parallelogram(DVec3::Y, DVec3::X * half, DVec3::Z * half), emitter([RADIANCE; 3]));
+    scene.cameras.push(pinhole(look_at(DVec3::new(1.0, 0.5, 1.0), DVec3::ZERO, DVec3::Y), 1e-3));
+    let corners = [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| DVec3::new(x, 1.0, z));
+    let irradiance = polygon_irradiance(DVec3::ZERO, DVec3::Y, &corners).abs() * f64::from(RADIANCE);
+    (scene, irradiance * f64::from(REFLECTANCE) / std::f64::consts::PI)
+}
+
+fn settings() -> Settings {
+    let integrator = Integrator::Hemisphere(Directions::Uniform);
+    Settings { integrator, max_bounces: Some(1), ..Settings::new(SIZE[0], SIZE[1]) }
+}
+
+/// What many renders that stop at `error` come to.
+#[derive(Debug, Default)]
+struct Tally {
+    renders: u32,
+    done: u32,
+    certified: u32,
+    held: u32,
+    /// Certified pixels that no light has reached.
+    believed_black: u32,
+    spp: u64,
+}
+
+fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tally {
+    let (scene, truth) = spot(p);
+    let mut renderer = Renderer::new(device(), &prepare(&scene, &settings())).unwrap_or_else(|e| panic!("{e}"));
+    let precision = Precision { error, confidence: 0.95, bound: Bound::Clt };
+    let goal = Goal { spp: Some(most_spp), time: None, precision: Some(precision) };
+    let mut tally = Tally::default();
+    for seed in seeds {
+        renderer.set_seed(seed);
+        let mut film = Film::new(SIZE[0], SIZE[1]);
+        let outcome = render(&mut renderer, &mut film, &goal, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        assert!(matches!(outcome, Outcome::Done | Outcome::SamplesUp), "{outcome:?}");
+        let certificate = film.certify();
+        let reach = precision.reach(&film, &certificate);
+        assert_eq!(outcome == Outcome::Done, precision.is_met(&reach) && film.samples(0) > 0, "{outcome:?} {reach:?}");
+        tally.renders += 1;
+        tally.done += u32::from(outcome == Outcome::Done);
+        tally.spp += film.samples(0);
+        for i in (0..film.pixels().len()).filter(|&i| certificate.certified[i]) {
+            let standard_error = film.variance_of_mean(i).expect("many batches")[1].sqrt();
+            let half_width = Bound::Clt.factor(0.95, film.degrees_of_freedom(i)) * standard_error;
+            tally.certified += 1;
+            tally.held += u32::from((film.mean(i)[1] - truth).abs() <= half_width);
+            tally.believed_black += u32::from(film.mean(i)[1] == 0.0);
+        }
+    }
+    println!("p = 1/{:.0}: {tally:?}, intervals hold for {:.4}", 1.0 / p, f64::from(tally.held) / f64::from(tally.certified));
+    tally
+}
+
+/// Five hundred renders of 32 pixels each: the share of intervals that hold has a standard error of 0.2 %.
+#[test]
+fn the_promise_is_kept_where_light_is_rare() {
+    let mut held = 0;
+    let mut certified = 0;
+    for (p, error, renders) in [(1.0 / 64.0, 0.25, 250), (1.0 / 128.0, 0.3, 150), (1.0 / 256.0, 0.4, 100)] {
+        let found = tally(p, error, 1 << 16, 0..renders);
+        assert_eq!(found.done, renders, "the error can be reached");
+        assert_eq!(found.believed_black, 0);
+        // About what the variance of a Bernoulli sample asks for, less what Sobol points save: not stopped early by luck.
+        let needed = (1.96 / error).powi(2) * (1.0 - p) / p;
+        let mean = found.spp as f64 / f64::from(renders);
+        assert!(mean > 0.5 * needed && mean < 4.0 * needed, "{mean:.0} samples where {needed:.0} are needed");
+        held += found.held;
+        certified += found.certified;
+    }
+    let share = f64::from(held) / f64::from(certified);
+    println!("intervals hold for {share:.4} of {certified}");
+    assert!((0.94..=0.98).contains(&share), "intervals at 95 % hold for {share:.4}");
+}
+
+/// Too few samples for so rare a light: told, not believed.
+#[test]
+fn what_cannot_be_reached_is_told() {
+    let found = tally(1.0 / 1024.0, 0.05, 512, 0..40);
+    assert_eq!(found.done, 0, "{found:?}");
+    assert_eq!(found.spp, 512 * 40);
+    // Most pixels have met the lamp never or once; a neighbour's sample speaks against those that never did.
+    assert_eq!(found.believed_black, 0, "{found:?}");
+    assert!(f64::from(found.certified) < 0.15 * f64::from(40 * SIZE[0] * SIZE[1]), "{found:?}");
+}
