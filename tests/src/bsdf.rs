@@ -51,8 +51,14 @@ pub struct Material {
     pub film_thickness: f32,
     /// α along x; `alpha` is then that along y.
     pub alpha_along: f32,
+    /// How far the indices of red and blue are from `ior`.
+    pub ior_spread: f32,
     /// Fills the record.
-    pub unused: [f32; 3],
+    pub unused: [f32; 2],
+    /// Probabilities of red, green and blue where refraction must choose.
+    pub channels: [f32; 3],
+    /// Fills the record.
+    pub rest: f32,
 }
 
 /// What [`BsdfProbe::eval`] returns.
@@ -121,7 +127,10 @@ impl Material {
             film_ior: 1.3,
             film_thickness: 400.0,
             alpha_along: 1.0,
-            unused: [0.0; 3],
+            ior_spread: 0.0,
+            unused: [0.0; 2],
+            channels: [0.5, 0.3, 0.2],
+            rest: 0.0,
         }
     }
 
@@ -183,6 +192,21 @@ impl Material {
         Self { alpha_along, ..self }
     }
 
+    /// The same with indices that differ by colour.
+    pub fn dispersive(self, ior_spread: f32) -> Self {
+        Self { ior_spread, ..self }
+    }
+
+    /// The index beyond the surface of a channel.
+    pub fn eta_of(&self, channel: usize) -> f32 {
+        let ior = self.ior + self.ior_spread * [-1.0, 0.0, 1.0][channel];
+        match (self.thin != 0.0, self.eta >= 1.0) {
+            (true, _) => 1.0,
+            (_, true) => ior,
+            _ => 1.0 / ior,
+        }
+    }
+
     /// The same, sending a share of its Lambertian part to the other side.
     pub fn translucent(self, share: f32) -> Self {
         Self { diffuse_transmission: share, through_color: [0.2, 0.5, 0.9], ..self }
@@ -196,6 +220,7 @@ impl Material {
             ("metal", self.metallic > 0.0),
             ("transmission", self.transmission > 0.0 || self.diffuse_transmission > 0.0),
             ("delta_lobes", self.alpha < 1e-4 || self.coat > 0.0 && self.coat_alpha < 1e-4),
+            ("dispersion", self.ior_spread > 0.0),
             ("diffuse_transmission", self.diffuse_transmission > 0.0),
             ("anisotropy", self.is_brushed()),
             ("iridescence", self.film > 0.0),
@@ -223,7 +248,7 @@ impl Material {
 const BASE: [&str; 4] = ["ggx", "metal", "transmission", "delta_lobes"];
 
 /// Features of layers and lobes that extensions add.
-const LAYERS: [&str; 5] = ["diffuse_transmission", "anisotropy", "iridescence", "sheen", "clearcoat"];
+const LAYERS: [&str; 6] = ["dispersion", "diffuse_transmission", "anisotropy", "iridescence", "sheen", "clearcoat"];
 
 /// Where `shaders/bsdf/sheen.wesl` binds its table.
 const SHEEN_BINDING: u32 = 12;

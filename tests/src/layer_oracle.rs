@@ -115,7 +115,17 @@ impl Layered {
 
     /// f·|cosθi| towards `wi`, delta lobes left out.
     pub fn value(&self, wi: DVec3) -> DVec3 {
-        let m = &self.material;
+        if self.material.ior_spread == 0.0 {
+            return self.value_of(&self.material, wi);
+        }
+        // Each channel by its own index.
+        DVec3::from_array([0, 1, 2].map(|c| {
+            let channel = Material { eta: self.material.eta_of(c), ior_spread: 0.0, ..self.material };
+            self.value_of(&channel, wi)[c]
+        }))
+    }
+
+    fn value_of(&self, m: &Material, wi: DVec3) -> DVec3 {
         let (o, i) = (f64s(m.wo).normalize(), wi.normalize());
         let mut value = lobes(m, i).sum();
         if !self.albedos.is_empty() {

@@ -89,6 +89,7 @@ pub fn with_everything(mut scene: Scene) -> Scene {
         transmission: 0.5,
         transmission_texture: texture(6),
         volume: Some(Volume { attenuation_distance: 1.0, attenuation_color: [0.5; 3] }),
+        dispersion: 0.5,
         clearcoat: Clearcoat {
             factor: 0.5,
             texture: texture(7),

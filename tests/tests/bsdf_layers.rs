@@ -33,6 +33,8 @@ fn materials(degrees: f64) -> Vec<(&'static str, Material)> {
         ("film on metal", brown(Material::metal(0.3, degrees)).filmed(550.0)),
         ("film on glass", Material::glass(0.3, degrees).filmed(400.0)),
         ("film on glass, from within", Material::glass_within(0.3, degrees).filmed(400.0)),
+        ("dispersive glass", Material::glass(0.3, degrees).dispersive(0.1)),
+        ("dispersive glass, from within", Material::glass_within(0.3, degrees).dispersive(0.1)),
         ("leaf", brown(Material::dielectric(0.3, degrees)).translucent(0.4)),
         ("partly glass", Material::medley(0.3, degrees).translucent(0.5)),
         (
@@ -56,7 +58,8 @@ fn values_are_the_extensions_formulas() {
                 // Near grazing and the critical angle Fresnel's equations keep few digits in f32.
                 let h = if i.z < 0.0 { wo + m.eta * i } else { wo + i }.normalize();
                 let (oh, ih) = (wo.dot(h), i.dot(h));
-                let critical = (m.eta * m.eta - 1.0 + oh * oh).abs() < 0.05;
+                let margin = if m.ior_spread > 0.0 { 0.15 } else { 0.05 };
+                let critical = (m.eta * m.eta - 1.0 + oh * oh).abs() < margin;
                 let delicate = m.transmission > 0.0 && (critical || i.z < 0.0 && oh.abs().min(ih.abs()) < 0.2);
                 if wi[2].abs() < 1e-2 || delicate {
                     continue;
@@ -267,6 +270,63 @@ fn diffuse_transmission_splits_light_as_stated() {
     assert!(ea < 5e-3 && eb < 5e-3);
 }
 
+/// Smooth dispersive glass: a refracted sample serves one channel and goes its way by Snell's law; over all samples each channel
+/// keeps all of its light.
+#[test]
+fn each_colour_goes_its_own_way() {
+    for m in [Material::glass(0.0, 60.0).dispersive(0.1), Material::glass_within(0.0, 30.0).dispersive(0.1)] {
+        let mut moments = [Moments::default(), Moments::default(), Moments::default()];
+        let mut served = [0; 3];
+        for s in PROBE.sample(&m, &uniforms(100_000, 14)) {
+            assert!(s.is_valid() && s.is_delta(), "{m:?}: {s:?}");
+            let through = s.wi[2] < 0.0;
+            let alone: Vec<usize> = (0..3).filter(|&c| s.weight[c] > 0.0).collect();
+            assert!(!through || alone.len() == 1, "{m:?}: {s:?}");
+            if through {
+                let eta = m.eta_of(alone[0]);
+                let sines = Vec3::from(s.wi).truncate() * eta;
+                assert!((sines + Vec3::from(m.wo).truncate()).length() < 2e-6, "Snell's law fails: {m:?}: {s:?}");
+                served[alone[0]] += 1;
+            }
+            for (c, channel) in moments.iter_mut().enumerate() {
+                let squeeze = if through { m.eta_of(c).powi(2) } else { 1.0 };
+                channel.push(f64::from(s.weight[c] * squeeze));
+            }
+        }
+        assert!(served.iter().all(|&n| n > 1000), "{m:?}: {served:?}");
+        for (c, channel) in moments.iter().enumerate() {
+            let (mean, error) = (channel.mean(), channel.variance_of_mean().sqrt());
+            assert!((mean - 1.0).abs() < 4.0 * error && error < 0.01, "{m:?}: channel {c} keeps {mean} ± {error}");
+        }
+    }
+}
+
+/// Glass without dispersion in a kernel that has it: the values are those of a kernel that has not.
+#[test]
+fn no_spread_is_no_dispersion() {
+    let plain = BsdfProbe::full();
+    let wis = sphere_directions(4000, 15);
+    for m in [Material::glass(0.2, 50.0), Material::glass_within(0.4, 30.0), Material::medley(0.3, 60.0)] {
+        let m = Material { channels: [1.0 / 3.0; 3], ..m };
+        for (a, b) in plain.eval(&m, &wis).iter().zip(PROBE.eval(&m, &wis)) {
+            for c in 0..3 {
+                assert!((a.value[c] - b.value[c]).abs() <= 1e-4 * a.value[c].max(1e-4), "{m:?}: {a:?} or {b:?}");
+            }
+            assert!((a.pdf - b.pdf).abs() <= 1e-4 * a.pdf.max(1e-4), "{m:?}: {a:?} or {b:?}");
+        }
+        let smooth = Material { alpha: 0.0, alpha_along: 0.0, ..m };
+        let u = uniforms(2000, 16);
+        for (a, b) in plain.sample(&smooth, &u).iter().zip(PROBE.sample(&smooth, &u)) {
+            let same = a.is_valid() == b.is_valid() && a.is_delta() == b.is_delta();
+            assert!(same && Vec3::from(a.wi).distance(b.wi.into()) < 1e-5, "{a:?} or {b:?}");
+            assert!(
+                Vec3::from(a.weight).distance(b.weight.into()) < 1e-4 * Vec3::from(a.weight).length(),
+                "{a:?} or {b:?}"
+            );
+        }
+    }
+}
+
 /// f is symmetric but for the coat, whose Fresnel term is the viewer's (as its extension has it).
 #[test]
 fn reciprocity() {
@@ -302,6 +362,8 @@ fn reciprocity() {
 #[test]
 fn specialised_kernels_agree_with_the_general_one() {
     for (name, m) in materials(45.0).into_iter().step_by(2) {
+        // Without dispersion, channels are as likely.
+        let m = Material { channels: [1.0 / 3.0; 3], ..m };
         let special = BsdfProbe::new(&m.features());
         let u = uniforms(2000, 13);
         for (s, g) in special.sample(&m, &u).iter().zip(PROBE.sample(&m, &u)) {

@@ -86,6 +86,8 @@ features! {
     delta_lobes,
     /// Some surface may transmit light.
     transmission,
+    /// Refraction that differs by colour.
+    dispersion,
     /// Some Lambertian base sends light to its other side.
     diffuse_transmission,
     /// Facets that are rougher along one direction.

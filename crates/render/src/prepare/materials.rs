@@ -71,6 +71,16 @@ pub(crate) fn has_film(m: &Material) -> bool {
     !m.unlit && film.factor > 0.0 && film.thickness_maximum.max(thickness) > 0.0
 }
 
+/// Whether refraction differs by colour: only a volume bends light at all.
+pub(crate) fn is_dispersive(m: &Material) -> bool {
+    !m.unlit && m.transmission > 0.0 && m.volume.is_some() && ior_spread(m) > 0.0
+}
+
+/// How far the indices of red and blue are from that of green (KHR_materials_dispersion, the section on implementation).
+fn ior_spread(m: &Material) -> f32 {
+    (m.ior - 1.0).max(0.0) * 0.025 * m.dispersion
+}
+
 /// Whether the Lambertian base sends light to its other side.
 pub(crate) fn sends_through(m: &Material) -> bool {
     !m.unlit && m.diffuse_transmission.factor > 0.0
@@ -135,6 +145,7 @@ fn write_records<'a>(materials: &[PreparedMaterial], layout: &'a RecordLayout) -
         w.put("alpha_cutoff", if let AlphaMode::Mask(cutoff) = m.alpha_mode { cutoff } else { -1.0 });
         w.put("transmission", if m.ior == 0.0 { 0.0 } else { m.transmission });
         w.put("ior", if m.ior == 0.0 { 1.5 } else { m.ior });
+        w.put("ior_spread", if is_dispersive(m) { ior_spread(m) } else { 0.0 });
         w.put("extinction", extinction(m.volume));
         w.put("coat", m.clearcoat.factor);
         w.put("coat_roughness", m.clearcoat.roughness);

@@ -21,8 +21,8 @@ use self::{
     environment::EnvironmentTable,
     lights::Lights,
     materials::{
-        PreparedMaterial, has_facets, has_film, is_anisotropic, is_coated, is_fibrous, is_glossy, sends_through,
-        transmits,
+        PreparedMaterial, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
+        sends_through, transmits,
     },
     slots::Slot,
     textures::Textures,
@@ -244,6 +244,7 @@ fn decide(
         delta_lobes: materials.iter().any(|m| may_be_smooth(m))
             || settings.integrator == Integrator::Whitted && any(&is_glossy),
         transmission: any(&transmits),
+        dispersion: any(&is_dispersive),
         diffuse_transmission: any(&sends_through),
         anisotropy: any(&is_anisotropic),
         iridescence: any(&has_film),

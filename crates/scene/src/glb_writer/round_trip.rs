@@ -100,7 +100,7 @@ fn a_scene_with_everything_comes_back() {
         transmission: 0.75,
         transmission_texture: Some(texture(0)),
         volume: Some(Volume { attenuation_distance: 0.7, attenuation_color: [0.5, 1.0, 0.25] }),
-        dispersion: 0.0,
+        dispersion: 0.5,
         clearcoat: Clearcoat {
             factor: 0.5,
             texture: Some(texture(0)),

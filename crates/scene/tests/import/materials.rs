@@ -171,8 +171,9 @@ fn layers() {
     let leaf = json!({"diffuseTransmissionFactor": 0.25, "diffuseTransmissionColorFactor": [0.5, 1, 0]});
     let leaf = extended("KHR_materials_diffuse_transmission", leaf).diffuse_transmission;
     assert_eq!((leaf.factor, leaf.color), (0.25, [0.5, 1.0, 0.0]));
+    assert_eq!(extended("KHR_materials_dispersion", json!({"dispersion": 0.36})).dispersion, 0.36);
     // Their defaults do nothing.
-    for name in ["clearcoat", "sheen", "anisotropy", "iridescence", "diffuse_transmission"] {
+    for name in ["dispersion", "clearcoat", "sheen", "anisotropy", "iridescence", "diffuse_transmission"] {
         assert_eq!(extended(&format!("KHR_materials_{name}"), json!({})), Material::default(), "{name}");
     }
 }

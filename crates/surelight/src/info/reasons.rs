@@ -37,6 +37,7 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
         "diffuse_transmission_color_texture" => materials(|m| m.diffuse_transmission.color_texture.is_some()),
         "transmission" => materials(|m| m.transmission > 0.0 || m.diffuse_transmission.factor > 0.0),
         "diffuse_transmission" => materials(|m| m.diffuse_transmission.factor > 0.0),
+        "dispersion" => materials(|m| m.dispersion > 0.0 && m.volume.is_some()),
         "anisotropy" => materials(|m| m.anisotropy.strength > 0.0),
         "iridescence" => materials(|m| m.iridescence.factor > 0.0),
         "sheen" => materials(|m| m.sheen.color.iter().any(|&c| c > 0.0)),
