@@ -33,6 +33,14 @@ pub enum FilmError {
     /// A batch of no samples.
     #[error("a batch must hold at least one sample a pixel")]
     NoSamples,
+    /// A film that is no part of this one.
+    #[error("the part {inner:?} (x0, y0, x1, y1) does not lie within {outer:?} of the same image")]
+    Outside {
+        /// Edges of the part: x0, y0, x1, y1.
+        inner: [u32; 4],
+        /// Edges of the film.
+        outer: [u32; 4],
+    },
     /// Images of different size.
     #[error("the {what} image has {found} pixels where the film has {expected}")]
     Size {

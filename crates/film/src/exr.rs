@@ -1,17 +1,18 @@
 //! OpenEXR: the layers of a film, and any flat EXR read back by channel name.
 
-use std::collections::BTreeMap;
+mod write;
+
+use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, MetaData,
-    ReadChannels, ReadLayers, Text, WritableImage,
-};
-use ::exr::prelude::{Blocks, Compression, LineOrder};
+use ::exr::prelude::{AttributeValue, FlatSamples, MetaData, ReadChannels, ReadLayers, Text};
 
 use crate::error::io_cause;
-use crate::{Film, Metadata, ReadError, WriteError};
+use crate::part::PREFIX;
+use crate::{Metadata, ReadError};
+
+pub use write::{encode_exr, write_exr};
 
 /// Name of the text attribute that carries [`Metadata`] as JSON.
 const ATTRIBUTE: &str = "surelight";
@@ -82,73 +83,6 @@ impl ExrImage {
     }
 }
 
-/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,
-/// `Tail.K` ([`crate::Certificate`]), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
-///
-/// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
-/// Alpha is 1: the environment is part of the picture. The variance layers are left out where no
-/// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
-///
-/// # Errors
-/// Where the file cannot be written; the target is then as it was.
-pub fn write_exr(path: &Path, film: &Film, metadata: &Metadata) -> Result<(), WriteError> {
-    let bytes = encode_exr(film, metadata).map_err(|cause| WriteError::new(path, cause))?;
-    crate::write_file(path, &bytes)
-}
-
-/// The bytes that [`write_exr`] writes.
-///
-/// # Errors
-/// The cause, without a full stop, where the film cannot be encoded (an empty image).
-pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
-    let (width, height) = (film.width() as usize, film.height() as usize);
-    if width == 0 || height == 0 {
-        return Err("the image has no pixels".into());
-    }
-    let json = serde_json::to_string(metadata).map_err(|error| error.to_string())?;
-    let mut attributes = LayerAttributes::default();
-    // One attribute only: the library writes custom attributes in the random order of a hash map.
-    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(Text::from(json.as_str())));
-    let encoding =
-        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let channels = AnyChannels::sort(
-        planes(film).into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))).collect(),
-    );
-    let image = Image::from_layer(Layer::new((width, height), attributes, encoding, channels));
-    let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
-    Ok(bytes.into_inner())
-}
-
-/// All channels of a film by name.
-fn planes(film: &Film) -> Vec<(&'static str, Vec<f32>)> {
-    use rayon::prelude::*;
-    let pixels = film.pixels();
-    let mut planes = vec![("A", vec![1.0; pixels.len()])];
-    let mut push = |names: [&'static str; 3], values: &[[f32; 3]]| {
-        for (channel, name) in names.into_iter().enumerate() {
-            planes.push((name, values.iter().map(|value| value[channel]).collect()));
-        }
-    };
-    let mean: Vec<_> = pixels.par_iter().map(|p| p.mean().map(|x| x as f32)).collect();
-    push(["R", "G", "B"], &mean);
-    let variance: Vec<_> =
-        pixels.par_iter().map(|p| p.variance_of_mean().map_or([f32::INFINITY; 3], |v| v.map(|x| x as f32))).collect();
-    if variance.iter().any(|v| v[0] < f32::INFINITY) {
-        push(["Variance.R", "Variance.G", "Variance.B"], &variance);
-    }
-    if let Some(features) = film.features() {
-        push(["Albedo.R", "Albedo.G", "Albedo.B"], &features.albedo);
-        push(["N.X", "N.Y", "N.Z"], &features.normal);
-        planes.push(("Depth.Z", features.depth.clone()));
-    }
-    let certificate = film.certify();
-    planes.push(("Certified.V", certificate.certified.iter().map(|&c| f32::from(u8::from(c))).collect()));
-    planes.push(("Tail.K", certificate.tail));
-    planes.push(("Samples.N", pixels.iter().map(|p| p.samples() as f32).collect()));
-    planes
-}
-
 /// Reads a flat EXR of any program: full resolution, all channels of all parts, as 32-bit floats.
 ///
 /// # Errors
@@ -161,7 +95,7 @@ pub fn read_exr(path: &Path) -> Result<ExrImage, ReadError> {
 }
 
 fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
-    check_claim(bytes)?;
+    check_claim(bytes, MAX_VALUES)?;
     let file = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -178,16 +112,8 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
         position: [first.attributes.layer_position.x(), first.attributes.layer_position.y()],
         ..ExrImage::default()
     };
-    let text = |value: &AttributeValue| match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        _ => None,
-    };
-    let key = Text::from(ATTRIBUTE);
-    image.metadata = parts
-        .iter()
-        .map(|part| &part.attributes.other)
-        .chain([&file.attributes.other])
-        .find_map(|other| text(other.get(&key)?));
+    image.metadata =
+        parts.iter().map(|part| &part.attributes.other).chain([&file.attributes.other]).find_map(attribute_text);
     let (size, position, several) = (first.size, first.attributes.layer_position, parts.len() > 1);
     for part in parts {
         if (part.size, part.attributes.layer_position) != (size, position) {
@@ -201,29 +127,44 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
             if channel.sampling.0 != 1 || channel.sampling.1 != 1 {
                 return Err(format!("its channel \"{}\" is subsampled", channel.name));
             }
-            let values = match channel.sample_data {
-                FlatSamples::F32(values) => values,
-                FlatSamples::F16(values) => values.into_iter().map(|x| x.to_f32()).collect(),
-                FlatSamples::U32(values) => values.into_iter().map(|x| x as f32).collect(),
-            };
             let name = format!("{prefix}{}", channel.name);
+            if name.starts_with(PREFIX) {
+                continue; // of a part of a render: no floats
+            }
             // Parts may repeat their own name in their channels, or share one name: first come, first kept.
-            image.channels.entry(name).or_insert(values);
+            image.channels.entry(name).or_insert_with(|| to_floats(channel.sample_data));
         }
     }
     Ok(image)
 }
 
+/// The text of our attribute, where there is one.
+pub(crate) fn attribute_text(attributes: &HashMap<Text, AttributeValue>) -> Option<String> {
+    match attributes.get(&Text::from(ATTRIBUTE))? {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
+}
+
+/// Samples of any kind as floats.
+pub(crate) fn to_floats(samples: FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F32(values) => values,
+        FlatSamples::F16(values) => values.into_iter().map(|x| x.to_f32()).collect(),
+        FlatSamples::U32(values) => values.into_iter().map(|x| x as f32).collect(),
+    }
+}
+
 /// Refuses a header that claims more than the file can hold, before anything is allocated for it.
-fn check_claim(bytes: &[u8]) -> Result<(), String> {
+pub(crate) fn check_claim(bytes: &[u8], most: u64) -> Result<(), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(cause_of)?;
     let mut values = 0u64;
     for header in &meta.headers {
         let pixels = (header.layer_size.width() as u64).saturating_mul(header.layer_size.height() as u64);
         values = values.saturating_add(pixels.saturating_mul(header.channels.list.len() as u64));
     }
-    if values > MAX_VALUES {
-        return Err(format!("it holds {values} values; the limit is {MAX_VALUES}"));
+    if values > most {
+        return Err(format!("it holds {values} values; the limit is {most}"));
     }
     if values * 2 > (bytes.len() as u64).saturating_mul(MAX_EXPANSION) {
         return Err("its header claims more pixels than the file can hold".into());
@@ -231,7 +172,7 @@ fn check_claim(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-fn cause_of(error: ::exr::error::Error) -> String {
+pub(crate) fn cause_of(error: ::exr::error::Error) -> String {
     use ::exr::error::Error;
     match error {
         Error::NotSupported(what) => format!("it uses a feature of EXR that is not supported ({what})"),
@@ -244,7 +185,7 @@ fn cause_of(error: ::exr::error::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, Features};
+    use crate::{BatchSum, Features, Film};
 
     fn film() -> Film {
         let mut film = Film::new(3, 2);

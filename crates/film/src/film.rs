@@ -15,11 +15,56 @@ pub struct Features {
     pub depth: Vec<f32>,
 }
 
-/// An image whose every pixel holds mean, variance of the mean and sample count.
+/// A rectangle of pixels within an image: all of it, or a crop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Pixels a row and rows of the whole image.
+    pub whole: [u32; 2],
+    /// Where the rectangle's first pixel stands in it.
+    pub corner: [u32; 2],
+    /// Pixels a row and rows of the rectangle.
+    pub size: [u32; 2],
+}
+
+impl Window {
+    /// All of an image.
+    pub fn all(width: u32, height: u32) -> Self {
+        Self { whole: [width, height], corner: [0; 2], size: [width, height] }
+    }
+
+    /// The rectangle x0, y0, x1, y1 of an image, x1 and y1 outside; `None` where it is empty or reaches beyond.
+    pub fn crop(whole: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -> Option<Self> {
+        let inside = x0 < x1 && y0 < y1 && x1 <= whole[0] && y1 <= whole[1];
+        inside.then(|| Self { whole, corner: [x0, y0], size: [x1 - x0, y1 - y0] })
+    }
+
+    /// Whether it is the whole image.
+    pub fn is_all(&self) -> bool {
+        self.size == self.whole
+    }
+
+    /// The rectangle as x0, y0, x1, y1, with x1 and y1 outside.
+    pub fn edges(&self) -> [u32; 4] {
+        let [[x, y], [width, height]] = [self.corner, self.size];
+        [x, y, x + width, y + height]
+    }
+
+    /// Pixels.
+    pub fn area(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1])
+    }
+
+    /// Whether another rectangle of the same image lies within.
+    pub fn contains(&self, other: &Self) -> bool {
+        let ([x0, y0, x1, y1], [u0, v0, u1, v1]) = (self.edges(), other.edges());
+        self.whole == other.whole && x0 <= u0 && y0 <= v0 && u1 <= x1 && v1 <= y1
+    }
+}
+
+/// An image, or a crop of one, whose every pixel holds mean, variance of the mean and sample count.
 #[derive(Debug, Clone)]
 pub struct Film {
-    width: u32,
-    height: u32,
+    window: Window,
     pixels: Vec<PixelMoments>,
     features: Option<Features>,
     refused: u64,
@@ -33,10 +78,14 @@ const NONE: u32 = u32::MAX;
 impl Film {
     /// An empty film. A pixel takes 188 bytes.
     pub fn new(width: u32, height: u32) -> Self {
-        let count = width as usize * height as usize;
+        Self::of_window(Window::all(width, height))
+    }
+
+    /// An empty film of a crop. Its pixels are counted within the crop.
+    pub fn of_window(window: Window) -> Self {
+        let count = window.size[0] as usize * window.size[1] as usize;
         Self {
-            width,
-            height,
+            window,
             pixels: vec![PixelMoments::default(); count],
             features: None,
             refused: 0,
@@ -46,12 +95,17 @@ impl Film {
 
     /// Pixels a row.
     pub fn width(&self) -> u32 {
-        self.width
+        self.window.size[0]
     }
 
     /// Rows.
     pub fn height(&self) -> u32 {
-        self.height
+        self.window.size[1]
+    }
+
+    /// Which part of the image it is.
+    pub fn window(&self) -> Window {
+        self.window
     }
 
     /// Adds one batch: an independent estimate of some pixels, of `samples` samples each.
@@ -99,20 +153,43 @@ impl Film {
         Ok(refused)
     }
 
-    /// Adds the batches of another part of the same render. Features are taken where this film has none.
+    /// Adds the batches of another part of the same render: of the same pixels or of a crop that lies within.
+    /// Features are taken over where the other has some.
     ///
     /// # Errors
-    /// Where the sizes differ. The film is then unchanged.
+    /// Where the other does not lie within this film, which is then unchanged.
     pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        if (self.width, self.height) != (other.width, other.height) {
-            return Err(FilmError::Size { what: "other", found: other.pixels.len(), expected: self.pixels.len() });
+        if !self.window.contains(&other.window) {
+            return Err(FilmError::Outside { inner: other.window.edges(), outer: self.window.edges() });
         }
-        self.pixels.par_iter_mut().zip(&other.pixels).for_each(|(mine, theirs)| mine.merge(theirs));
+        let (row, width) = (self.width() as usize, other.width() as usize);
+        let [x, y] = [0, 1].map(|axis| (other.window.corner[axis] - self.window.corner[axis]) as usize);
+        let rows = y * row..(y + other.height() as usize) * row;
+        self.pixels[rows.clone()].par_chunks_mut(row.max(1)).zip(other.pixels.par_chunks(width.max(1))).for_each(
+            |(mine, theirs)| mine[x..x + width].iter_mut().zip(theirs).for_each(|(mine, theirs)| mine.merge(theirs)),
+        );
         self.refused += other.refused;
-        if self.features.is_none() {
-            self.features.clone_from(&other.features);
+        if let Some(theirs) = &other.features {
+            let count = self.pixels.len();
+            let mine = self.features.get_or_insert_with(|| Features {
+                albedo: vec![[0.0; 3]; count],
+                normal: vec![[0.0; 3]; count],
+                depth: vec![0.0; count],
+            });
+            for (i, start) in rows.step_by(row.max(1)).enumerate() {
+                let (to, from) = (start + x..start + x + width, i * width..(i + 1) * width);
+                mine.albedo[to.clone()].copy_from_slice(&theirs.albedo[from.clone()]);
+                mine.normal[to.clone()].copy_from_slice(&theirs.normal[from.clone()]);
+                mine.depth[to].copy_from_slice(&theirs.depth[from]);
+            }
         }
         Ok(())
+    }
+
+    /// A film from the totals of its pixels, as a file gives them back.
+    pub(crate) fn from_pixels(window: Window, pixels: Vec<PixelMoments>) -> Self {
+        let lane_of_pixel = vec![NONE; pixels.len()];
+        Self { window, pixels, features: None, refused: 0, lane_of_pixel }
     }
 
     /// Sets albedo, normal and depth of the first hits.
@@ -213,12 +290,43 @@ mod tests {
     }
 
     #[test]
-    fn merge_needs_the_same_size() {
+    fn merge_needs_a_part_of_the_same_image() {
         let mut film = Film::new(2, 1);
         assert!(film.merge(&Film::new(1, 2)).is_err());
         let mut other = Film::new(2, 1);
         other.add_batch(2, &[0], &[BatchSum::constant(2, [2.0; 3])]).unwrap();
         film.merge(&other).unwrap();
         assert_eq!(film.mean(0), [2.0; 3]);
+    }
+
+    #[test]
+    fn crops_find_their_place() {
+        let grey = |g: u32| BatchSum::constant(2, [g as f32; 3]);
+        let whole = [4, 3];
+        let mut film = Film::new(4, 3);
+        for (edges, first) in [([0, 0, 4, 1], 0), ([0, 1, 1, 3], 10), ([1, 1, 4, 3], 20)] {
+            let window = Window::crop(whole, edges).unwrap();
+            let mut part = Film::of_window(window);
+            let count = window.area() as u32;
+            let lanes: Vec<u32> = (0..count).collect();
+            let sums: Vec<_> = (0..count).map(|i| grey(first + i)).collect();
+            part.add_batch(2, &lanes, &sums).unwrap();
+            let depth: Vec<f32> = (0..count).map(|i| (first + i) as f32).collect();
+            let zeros = vec![[0.0; 3]; count as usize];
+            part.set_features(Features { albedo: zeros.clone(), normal: zeros, depth }).unwrap();
+            film.merge(&part).unwrap();
+        }
+        let expected = [0.0, 1.0, 2.0, 3.0, 10.0, 20.0, 21.0, 22.0, 11.0, 23.0, 24.0, 25.0];
+        let found: Vec<f64> = (0..12).map(|i| film.mean(i)[0]).collect();
+        assert_eq!(found, expected);
+        assert_eq!(film.features().unwrap().depth, expected.map(|x| x as f32));
+    }
+
+    #[test]
+    fn crops_lie_within_their_image() {
+        for wrong in [[0, 0, 0, 1], [2, 0, 1, 1], [0, 0, 4, 1], [0, 2, 1, 3], [0, 0, u32::MAX, 1]] {
+            assert_eq!(Window::crop([3, 2], wrong), None, "{wrong:?}");
+        }
+        assert!(Window::crop([3, 2], [0, 0, 3, 2]).unwrap().is_all());
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Part;
+
 /// Contents of the JSON text attribute `surelight` of an EXR.
 ///
 /// Keys of `settings` are written in alphabetical order, so equal metadata are equal bytes.
@@ -30,4 +32,7 @@ pub struct Metadata {
     pub biased: Vec<String>,
     /// Samples that were not finite and were left out.
     pub dropped_samples: u64,
+    /// Of a part of a render: what it takes to go on, or to join it with others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<Part>,
 }

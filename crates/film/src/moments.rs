@@ -119,10 +119,47 @@ pub struct PixelMoments {
     weighted_sum: [DoubleDouble; 3],
     square_sum: [DoubleDouble; 3],
     largest: f32,
-    squares: f64,
+    squares: DoubleDouble,
 }
 
+/// 32-bit words of [`PixelMoments::word`].
+pub(crate) const WORDS: usize = 45;
+
 impl PixelMoments {
+    /// Everything that is known of the pixel, as [`WORDS`] words: both counts, S, P and Q of red, green and blue, the largest sample and
+    /// the squares. Doubles come as their bits, the lower word first.
+    pub(crate) fn word(&self, index: usize) -> u32 {
+        let half = |bits: u64, part: usize| if part.is_multiple_of(2) { bits as u32 } else { (bits >> 32) as u32 };
+        let double = |sum: DoubleDouble, part: usize| half(sum.words()[part / 2 % 2].to_bits(), part);
+        match index {
+            0..2 => half(self.samples, index),
+            2..4 => half(self.samples_squared, index),
+            4..40 => {
+                let (channel, part) = ((index - 4) / 12, (index - 4) % 12);
+                let sums = [&self.sum, &self.weighted_sum, &self.square_sum];
+                double(sums[part / 4][channel], part % 4)
+            }
+            40..44 => double(self.squares, index - 40),
+            _ => self.largest.to_bits(),
+        }
+    }
+
+    /// The inverse of [`Self::word`], bit for bit.
+    pub(crate) fn from_words(word: impl Fn(usize) -> u32) -> Self {
+        let long = |at: usize| u64::from(word(at)) | u64::from(word(at + 1)) << 32;
+        let double = |at: usize| DoubleDouble { hi: f64::from_bits(long(at)), lo: f64::from_bits(long(at + 2)) };
+        let sums = |first: usize| std::array::from_fn(|channel| double(4 + 12 * channel + 4 * first));
+        Self {
+            samples: long(0),
+            samples_squared: long(2),
+            sum: sums(0),
+            weighted_sum: sums(1),
+            square_sum: sums(2),
+            squares: double(40),
+            largest: f32::from_bits(word(44)),
+        }
+    }
+
     /// Adds a batch of `samples` samples.
     ///
     /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not
@@ -144,8 +181,7 @@ impl PixelMoments {
             self.square_sum[channel].add_f64(s * s);
         }
         self.largest = self.largest.max(batch.largest());
-        // Few significant bits each: exact, in any order, unless batches differ by 2⁴⁰.
-        self.squares += f64::from(batch.squares());
+        self.add_squares(DoubleDouble { hi: batch.squares().into(), lo: 0.0 });
         true
     }
 
@@ -159,7 +195,16 @@ impl PixelMoments {
             self.square_sum[channel].add(other.square_sum[channel]);
         }
         self.largest = self.largest.max(other.largest);
-        self.squares += other.squares;
+        self.add_squares(other.squares);
+    }
+
+    /// Squares that exceed the range of f32 are told as infinite, and remain so.
+    fn add_squares(&mut self, squares: DoubleDouble) {
+        if self.squares.hi.is_finite() && squares.hi.is_finite() {
+            self.squares.add(squares);
+        } else {
+            self.squares = DoubleDouble { hi: f64::INFINITY, lo: 0.0 };
+        }
     }
 
     /// Samples so far, N.
@@ -174,7 +219,7 @@ impl PixelMoments {
 
     /// Sum of squared luminances of the samples.
     pub fn squares(&self) -> f64 {
-        self.squares
+        self.squares.to_f64()
     }
 
     /// Mean radiance per channel; zero before the first batch.
@@ -320,6 +365,41 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn words_bring_back_every_bit() {
+        let mut moments = film_of(&batches(3, 100, &[64, 3]));
+        assert!(moments.add_batch(5, &BatchSum::new([0.1, 1e-30, 7e20], 0.3, 1e-7)));
+        let words: Vec<u32> = (0..WORDS).map(|i| moments.word(i)).collect();
+        assert_eq!(PixelMoments::from_words(|i| words[i]), moments);
+        // No word is read twice and none left out.
+        for i in 0..WORDS {
+            let other = PixelMoments::from_words(|j| words[j] ^ u32::from(i == j) << 5);
+            let changed: Vec<_> = (0..WORDS).filter(|&j| other.word(j) != words[j]).collect();
+            assert_eq!(changed, [i]);
+        }
+    }
+
+    #[test]
+    fn squares_do_not_depend_on_order_and_may_exceed_the_range() {
+        let of = |squares: &[f32]| {
+            let mut moments = PixelMoments::default();
+            for &square in squares {
+                assert!(moments.add_batch(1, &BatchSum::new([1.0; 3], 1.0, square)));
+            }
+            moments
+        };
+        // 2⁶⁰ apart: one double would have to round.
+        let far = [1.0, 1.0 / (1u64 << 60) as f32, 1.0 / (1u64 << 60) as f32, 1e-12];
+        let mut backwards = far;
+        backwards.reverse();
+        assert_eq!(of(&far).squares, of(&backwards).squares);
+        assert_eq!(of(&[1.0, f32::INFINITY, 2.0]).squares(), f64::INFINITY);
+        let mut merged = of(&[1.0]);
+        merged.merge(&of(&[f32::INFINITY]));
+        merged.merge(&of(&[1.0]));
+        assert_eq!(merged.squares(), f64::INFINITY);
     }
 
     #[test]
