@@ -1,7 +1,7 @@
 //! Samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
 //! are the same; with another seed they are not.
 
-use surelight_film::Film;
+use surelight_film::{Film, Window};
 use surelight_render::{Prepared, Renderer, Settings};
 use surelight_scene::procedural;
 use surelight_tests::render::{all, bits, device, prepare};
@@ -78,6 +78,27 @@ fn however_the_picture_is_cut_into_tiles() {
         assert!(tiled.lanes() < renderer.lanes(), "{most_lanes} lanes make no tiles");
         assert!(bits(&passes(&mut tiled, &[BATCHES])) == bits(&whole), "tiles of {most_lanes} lanes differ");
     }
+}
+
+/// Pixels are known by their number in the whole picture: crops trace these alone, and put together they are the whole.
+#[test]
+fn however_the_picture_is_cropped() {
+    let prepared = cornell(7);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let mut whole = passes(&mut renderer, &[BATCHES]);
+    renderer.trace_features(&mut whole).unwrap_or_else(|e| panic!("{e}"));
+    let mut joined = Film::new(SIZE[0], SIZE[1]);
+    for edges in [[0, 0, 48, 1], [0, 1, 17, 40], [17, 1, 48, 9], [17, 9, 48, 40]] {
+        let window = Window::crop(SIZE, edges).unwrap_or_else(|| panic!("{edges:?}"));
+        let mut film = Film::of_window(window);
+        let paths = renderer.counts.paths;
+        renderer.trace(&mut film, 0, BATCHES, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(renderer.counts.paths - paths, window.area() * u64::from(4 * BATCHES));
+        renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{e}"));
+        joined.merge(&film).unwrap_or_else(|e| panic!("{e}"));
+    }
+    assert!(bits(&joined) == bits(&whole));
+    assert_eq!(joined.features(), whole.features());
 }
 
 #[test]

@@ -6,8 +6,8 @@
 use glam::DVec3;
 use surelight_film::{Bound, Film, Precision};
 use surelight_render::{Directions, Goal, Integrator, Outcome, Renderer, Settings, render};
-use surelight_scene::procedural::{polygon_irradiance, shapes::Shape};
 use surelight_scene::Scene;
+use surelight_scene::procedural::{polygon_irradiance, shapes::Shape};
 use surelight_tests::render::{device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
 
@@ -69,7 +69,11 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
             tally.believed_black += u32::from(film.mean(i)[1] == 0.0);
         }
     }
-    println!("p = 1/{:.0}: {tally:?}, intervals hold for {:.4}", 1.0 / p, f64::from(tally.held) / f64::from(tally.certified));
+    println!(
+        "p = 1/{:.0}: {tally:?}, intervals hold for {:.4}",
+        1.0 / p,
+        f64::from(tally.held) / f64::from(tally.certified)
+    );
     tally
 }
 

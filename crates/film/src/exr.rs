@@ -9,7 +9,7 @@ use std::path::Path;
 use ::exr::prelude::{AttributeValue, FlatSamples, MetaData, ReadChannels, ReadLayers, Text};
 
 use crate::error::io_cause;
-use crate::part::PREFIX;
+use crate::words::PREFIX;
 use crate::{Metadata, ReadError};
 
 pub use write::{encode_exr, write_exr};

@@ -9,6 +9,9 @@ use crate::Metadata;
 /// Settings that name files. What the files hold is in the scene's hash; where they lie does not matter.
 const PLACES: [&str; 2] = ["scene", "env"];
 
+/// Something that renders are told apart by, with what it is called.
+type Trait = (&'static str, fn(&Metadata) -> String);
+
 /// The first thing that tells two renders apart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
@@ -25,7 +28,7 @@ pub struct Difference {
 pub fn difference(first: &Metadata, second: &Metadata) -> Option<Difference> {
     let differing =
         |what: &str, a: String, b: String| (a != b).then(|| Difference { what: what.into(), first: a, second: b });
-    let texts: [(&str, fn(&Metadata) -> String); 2] =
+    let texts: [Trait; 2] =
         [("the version of Surelight", |m| m.version.clone()), ("the scene (by its hash)", |m| m.scene_hash.clone())];
     let numbers = || {
         let planned = |m: &Metadata| m.part.as_ref().and_then(|part| part.planned_samples);
@@ -33,29 +36,35 @@ pub fn difference(first: &Metadata, second: &Metadata) -> Option<Difference> {
         differing("--seed", first.seed.to_string(), second.seed.to_string())
             .or_else(|| differing("--spp", spp(first), spp(second)))
     };
-    let device: [(&str, fn(&Metadata) -> String); 3] = [
+    let device: [Trait; 3] = [
         ("the device", |m| m.device.clone()),
         ("the driver", |m| m.driver.clone()),
         ("the kernel (by its hash)", |m| m.part.as_ref().map_or_else(String::new, |part| part.kernel.clone())),
     ];
-    let list = |of: &[(&str, fn(&Metadata) -> String)]| {
-        of.iter().find_map(|(what, value)| differing(what, value(first), value(second)))
-    };
+    let list = |of: &[Trait]| of.iter().find_map(|(what, value)| differing(what, value(first), value(second)));
     list(&texts).or_else(|| settings(first, second)).or_else(numbers).or_else(|| list(&device))
 }
 
 fn settings(first: &Metadata, second: &Metadata) -> Option<Difference> {
     let names: BTreeSet<&String> = first.settings.keys().chain(second.settings.keys()).collect();
-    let name = names.into_iter().find(|name| {
-        !PLACES.contains(&name.as_str()) && first.settings.get(*name) != second.settings.get(*name)
-    })?;
+    let name = names
+        .into_iter()
+        .find(|name| !PLACES.contains(&name.as_str()) && first.settings.get(*name) != second.settings.get(*name))?;
     let text = |value: Option<&Value>| match value {
         None => "not set".to_owned(),
         Some(Value::String(text)) => text.clone(),
+        Some(Value::Object(_)) => "set".to_owned(), // too long for a sentence
         Some(value) => value.to_string(),
     };
-    let (a, b) = (text(first.settings.get(name)), text(second.settings.get(name)));
-    Some(Difference { what: format!("--{name}"), first: a, second: b })
+    let what = match name.as_str() {
+        "width" | "height" => format!("the image's {name}"),
+        "camera" => "the camera".to_owned(), // set by several options
+        name => format!("--{name}"),
+    };
+    match (text(first.settings.get(name)), text(second.settings.get(name))) {
+        (a, b) if a == b => Some(Difference { what, first: "one".into(), second: "another".into() }),
+        (a, b) => Some(Difference { what, first: a, second: b }),
+    }
 }
 
 #[cfg(test)]
@@ -67,7 +76,8 @@ mod tests {
     fn everything_that_shapes_the_bits_is_looked_at() {
         let mut metadata = Metadata { part: Some(Part::default()), ..Metadata::default() };
         metadata.settings.insert("sampler".into(), "sobol".into());
-        let changes: [(&str, fn(&mut Metadata)); 9] = [
+        type Change = fn(&mut Metadata);
+        let changes: [(&str, Change); 9] = [
             ("version", |m| m.version = "9".into()),
             ("scene", |m| m.scene_hash = "f".into()),
             ("--seed", |m| m.seed = 1),

@@ -140,6 +140,12 @@ pub enum MergeError {
         /// What tells them apart.
         difference: Difference,
     },
+    /// A part of a render whose samples were not counted beforehand: another one may have cut them into other batches.
+    #[error("\"{}\" is of a render without a set number of samples (--spp), which cannot be joined with others", path.display())]
+    Open {
+        /// The part.
+        path: PathBuf,
+    },
     /// Samples that come twice.
     #[error("\"{}\" and \"{}\" both hold the samples {}..{} of the pixels {},{},{},{}; they would count twice", first.display(), second.display(), samples[0], samples[1], edges[0], edges[1], edges[2], edges[3])]
     Overlap {
@@ -194,8 +200,15 @@ impl MergePlan {
                 second: size(other),
             });
             if let Some(difference) = difference(&first.metadata, &other.metadata).or(sizes) {
-                return Err(MergeError::Different { first: first.path.clone(), second: other.path.clone(), difference });
+                return Err(MergeError::Different {
+                    first: first.path.clone(),
+                    second: other.path.clone(),
+                    difference,
+                });
             }
+        }
+        if parts.len() > 1 && first.part().planned_samples.is_none() {
+            return Err(MergeError::Open { path: first.path.clone() });
         }
         let boxes: Vec<Bounds> = parts.iter().map(PartFile::bounds).collect();
         for (i, a) in boxes.iter().enumerate() {

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Part;
-
 /// Contents of the JSON text attribute `surelight` of an EXR.
 ///
 /// Keys of `settings` are written in alphabetical order, so equal metadata are equal bytes.
@@ -35,4 +33,33 @@ pub struct Metadata {
     /// Of a part of a render: what it takes to go on, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,
+}
+
+/// What an unfinished picture says of the render that it belongs to. Its place and its samples stand in
+/// [`Metadata::crop`] and [`Metadata::sample_range`].
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Part {
+    /// Pixels a row and rows of the whole image.
+    pub size: [u32; 2],
+    /// Samples a pixel of the whole render; `None`: no number was set.
+    pub planned_samples: Option<u64>,
+    /// Samples that this part is to have in the end: the first, and the one after the last.
+    pub asked_samples: Option<[u64; 2]>,
+    /// Number of the batch that comes after these samples.
+    pub next_batch: u32,
+    /// With a precision as the goal, what its pilot found: samples that batches are planned for, and those before the first look.
+    pub pilot: Option<[u32; 2]>,
+    /// Hash of the kernel.
+    pub kernel: String,
+    /// Samples finished, of all pixels.
+    pub paths: u64,
+    /// Rays walked for them.
+    pub rays: u64,
+    /// Rays that were given up.
+    pub truncated: u64,
+    /// Seconds of tracing.
+    pub seconds: f64,
+    /// Hash of the moments, set when they are written.
+    pub checksum: String,
 }

@@ -5,66 +5,15 @@ use std::path::Path;
 
 use ::exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers, Vec2};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::error::io_cause;
 use crate::exr::{attribute_text, cause_of, check_claim, to_floats};
 use crate::moments::WORDS;
+use crate::words::{checksum, word_name};
 use crate::{Features, Film, Metadata, PixelMoments, ReadError, Window};
-
-/// What an unfinished picture says of the render that it belongs to. Its place and its samples stand in
-/// [`Metadata::crop`] and [`Metadata::sample_range`].
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Part {
-    /// Pixels a row and rows of the whole image.
-    pub size: [u32; 2],
-    /// Samples a pixel of the whole render; `None`: no number was set.
-    pub planned_samples: Option<u64>,
-    /// Samples that this part is to have in the end: the first, and the one after the last.
-    pub asked_samples: Option<[u64; 2]>,
-    /// Hash of the kernel.
-    pub kernel: String,
-    /// Samples finished, of all pixels.
-    pub paths: u64,
-    /// Rays walked for them.
-    pub rays: u64,
-    /// Rays that were given up.
-    pub truncated: u64,
-    /// Seconds of tracing.
-    pub seconds: f64,
-    /// Hash of the moments, set when they are written.
-    pub checksum: String,
-}
-
-/// The channel of a word of the moments.
-pub(crate) fn word_name(word: usize) -> String {
-    format!("{PREFIX}{word:02}")
-}
-
-/// What the names of channels begin with that are no picture.
-pub(crate) const PREFIX: &str = "Moments.";
 
 /// Values (pixels times channels) beyond which a file is refused: 16 GiB, 60 million pixels.
 const MAX_VALUES: u64 = 1 << 32;
-
-/// Pixels that are hashed in one go.
-const CHUNK: usize = 4096;
-
-/// Hash of all totals and of what samples they hold, by which damage is found out; not for security.
-pub(crate) fn checksum(pixels: &[PixelMoments], samples: [u64; 2]) -> String {
-    // Fowler–Noll–Vo's xor and multiply over words, with a shift that lets high bits reach low ones.
-    let step = |hash: u64, word: u64| {
-        let hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-        hash ^ hash >> 29
-    };
-    let of = |pixels: &[PixelMoments]| {
-        let words = pixels.iter().flat_map(|pixel| (0..WORDS).map(|i| pixel.word(i)));
-        words.fold(0xcbf2_9ce4_8422_2325, |hash, word| step(hash, word.into()))
-    };
-    let hashes: Vec<u64> = pixels.par_chunks(CHUNK).map(of).collect();
-    format!("{:016x}", hashes.into_iter().chain(samples).fold(pixels.len() as u64, step))
-}
 
 const NO_PART: &str = "it is no part of a render, which --samples, --crop and checkpoints make";
 
@@ -133,8 +82,7 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
         })
         .collect::<Result<_, _>>()?;
     let count = window.area() as usize;
-    let pixels: Vec<_> =
-        (0..count).into_par_iter().map(|i| PixelMoments::from_words(|word| words[word][i])).collect();
+    let pixels: Vec<_> = (0..count).into_par_iter().map(|i| PixelMoments::from_words(|word| words[word][i])).collect();
     drop(words);
     if metadata.part.as_ref().is_none_or(|part| part.checksum != checksum(&pixels, metadata.sample_range)) {
         return Err("it is damaged: its totals are not those that were written".into());
@@ -156,7 +104,7 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, encode_exr};
+    use crate::{BatchSum, Part, encode_exr};
 
     fn part(window: Window) -> (Film, Metadata) {
         let mut film = Film::of_window(window);

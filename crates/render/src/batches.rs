@@ -34,6 +34,19 @@ impl Batches {
         self.full(done).min(power_of_two(done)).min(left)
     }
 
+    /// The batches that end around a sample: where the last one up to it ends, how many there are until there, and where the next
+    /// one ends, when `planned` samples are wanted.
+    pub(crate) fn around(self, sample: u32) -> ([u32; 2], u32) {
+        let (mut done, mut count) = (0, 0);
+        loop {
+            let samples = self.next(done, self.planned);
+            if samples == 0 || done + samples > sample {
+                return ([done, done + samples], count);
+            }
+            (done, count) = (done + samples, count + 1);
+        }
+    }
+
     /// How many batches of the next one's size follow on each other.
     pub(crate) fn run(self, done: u32, until: Option<u32>) -> u32 {
         let samples = self.next(done, until);
@@ -75,6 +88,16 @@ mod tests {
             assert!(all.iter().filter(|&&n| n == full).count() >= 15, "{spp}: {all:?}");
             assert_eq!(all[0], 1);
         }
+    }
+
+    #[test]
+    fn samples_lie_between_the_ends_of_batches() {
+        let plan = Batches { planned: Some(100) };
+        for (sample, ends, count) in [(0, [0, 1], 0), (1, [1, 2], 1), (3, [2, 4], 2), (4, [4, 8], 3), (9, [8, 12], 4)] {
+            assert_eq!(plan.around(sample), (ends, count));
+        }
+        assert_eq!((plan.around(99).0, plan.around(100).0), ([96, 100], [100, 100]));
+        assert_eq!(Batches { planned: Some(99) }.around(98).0, [96, 99]);
     }
 
     #[test]

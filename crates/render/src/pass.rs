@@ -1,6 +1,7 @@
 //! What the host and the kernel tell each other about a pass.
 
 use bytemuck::{Pod, Zeroable};
+use surelight_film::Window;
 
 /// Pixels of a workgroup: 8 × 8.
 pub(crate) const GROUP: u32 = 64;
@@ -68,10 +69,11 @@ impl Tile {
         blocks.next_multiple_of(threads) * GROUP
     }
 
-    /// For each lane the pixel it works on, as an index into an image `width` wide; `u32::MAX` where there is none.
+    /// For each lane the pixel it works on, as an index into the film; `u32::MAX` where there is none.
     /// Twin of `lane_of` in `shaders/kernel/lanes.wesl`, whose states are in order of blocks.
-    pub(crate) fn pixels(&self, lanes: u32, width: u32) -> Vec<u32> {
+    pub(crate) fn pixels(&self, lanes: u32, film: &Window) -> Vec<u32> {
         let across = self.size[0].div_ceil(8);
+        let corner = [0, 1].map(|axis| self.corner[axis] - film.corner[axis]);
         (0..lanes)
             .map(|lane| {
                 let (block, local) = (lane / GROUP, lane % GROUP);
@@ -79,7 +81,7 @@ impl Tile {
                 let y = ((local >> 1) & 1) | ((local >> 2) & 2) | ((local >> 3) & 4);
                 let at = [(block % across) * 8 + x, (block / across) * 8 + y];
                 if at[0] < self.size[0] && at[1] < self.size[1] {
-                    (self.corner[1] + at[1]) * width + self.corner[0] + at[0]
+                    (corner[1] + at[1]) * film.size[0] + corner[0] + at[0]
                 } else {
                     u32::MAX
                 }

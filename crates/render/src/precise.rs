@@ -42,27 +42,39 @@ fn spent(k: i32) -> f64 {
 
 /// Traces until the precision is reached or `most_spp`, time or the observer end it.
 pub(crate) fn render(
-    progression: &mut Progression<'_, '_>,
+    progression: &mut Progression<'_, '_, '_>,
     film: &mut Film,
     precision: &Precision,
     most_spp: Option<u32>,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
     let most = most_spp.unwrap_or(MOST_SPP);
-    let Some(wanted) = pilot(progression, film, precision, observer)? else {
-        // Interrupted before there was anything: one sample a pixel is better than no picture.
-        progression.plan = Batches { planned: Some(1) };
-        progression.advance(film, Some(1), &mut |_| true)?;
-        return Ok(Outcome::Interrupted);
+    let found = match progression.found {
+        Some(found) => found,
+        None => {
+            let Some(wanted) = pilot(progression, film, precision, observer)? else {
+                // Interrupted before there was anything: one sample a pixel is better than no picture.
+                progression.plan = Batches { planned: Some(1) };
+                progression.advance(film, Some(1), &mut |_| true)?;
+                return Ok(Outcome::Interrupted);
+            };
+            let first = (wanted.max(f64::from(LEAST_SPP)) as u32).min(most);
+            // Sixteen batches at least in the time there is, and whole ones only: short ones make intervals wider.
+            let affordable = progression.affordable_spp().map_or(first, |spp| first.min(spp));
+            let full = Batches { planned: Some(affordable) }.full(0);
+            [affordable, first.div_ceil(full).saturating_mul(full)]
+        }
     };
-    let first = (wanted.max(f64::from(LEAST_SPP)) as u32).min(most);
-    // Sixteen batches at least in the time there is, and whole ones only: short ones make intervals wider.
-    let affordable = progression.affordable_spp().map_or(first, |spp| first.min(spp));
-    progression.plan = Batches { planned: Some(affordable) };
-    let full = progression.plan.full(0);
-    let mut until = first.div_ceil(full).saturating_mul(full).min(most);
-    let first = until;
+    progression.found = Some(found);
+    progression.plan = Batches { planned: Some(found[0]) };
+    let first = found[1].min(most);
+    let mut until = first;
     for look in 0.. {
+        // An earlier run has looked here before it went on, and was not content.
+        if progression.spp > until && until < most {
+            until = first.saturating_mul(1 << (look + 1).min(31)).min(most);
+            continue;
+        }
         if let Some(outcome) = progression.advance(film, Some(until), observer)? {
             return Ok(outcome);
         }
@@ -81,14 +93,15 @@ pub(crate) fn render(
 
 /// Samples a pixel that the precision will take; `None` where the observer stopped it.
 fn pilot(
-    progression: &mut Progression<'_, '_>,
+    progression: &mut Progression<'_, '_, '_>,
     film: &Film,
     precision: &Precision,
     observer: &mut Watch<'_>,
 ) -> Result<Option<f64>, RenderError> {
     let [batches, samples] = PILOT;
-    let mut found = Film::new(film.width(), film.height());
-    (progression.pilot, progression.batch) = (true, PILOT_BATCH);
+    let mut found = Film::of_window(film.window());
+    let standing = progression.standing();
+    (progression.pilot, progression.batch, progression.spp) = (true, PILOT_BATCH, 0);
     progression.plan = Batches { planned: Some(batches) };
     // Single samples first: by their time the rest is chosen.
     let mut outcome = progression.advance(&mut found, Some(2), observer)?;
@@ -100,7 +113,7 @@ fn pilot(
         outcome = progression.advance(&mut found, Some(batches * each), observer)?;
     }
     let spp = progression.spp;
-    (progression.pilot, progression.batch, progression.spp) = (false, 0, 0);
+    (progression.pilot, progression.batch, progression.spp) = (false, standing.batch, standing.next);
     match outcome {
         Some(Outcome::Interrupted) => Ok(None),
         _ => {

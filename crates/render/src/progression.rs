@@ -8,6 +8,7 @@ use crate::{
     batches::Batches,
     error::RenderError,
     renderer::{Counts, Renderer},
+    standing::Standing,
 };
 
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
@@ -51,26 +52,77 @@ pub enum Outcome {
 /// Asked between dispatches, whether to go on.
 pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
+/// Saves the film while it grows.
+pub struct Keeper<'a> {
+    /// How often; a batch that takes longer is finished first.
+    pub every: Duration,
+    /// Is given the film, where the render stands, and the counts.
+    pub keep: &'a mut dyn FnMut(&Film, &Standing, &Counts),
+}
+
 /// A render under way.
-pub(crate) struct Progression<'a, 'd> {
+pub(crate) struct Progression<'a, 'd, 'k> {
     pub(crate) renderer: &'a mut Renderer<'d>,
     /// Sizes of batches.
     pub(crate) plan: Batches,
     /// Number of the next batch.
     pub(crate) batch: u32,
-    /// Samples a pixel that are done.
+    /// The next sample: all from the first up to it are done.
     pub(crate) spp: u32,
+    /// What the pilot found.
+    pub(crate) found: Option<[u32; 2]>,
+    first: u32,
+    keeper: Option<Keeper<'k>>,
+    kept: Instant,
+    /// Samples a pixel that were done when this run began.
+    begun: u32,
     pub(crate) started: Instant,
     pub(crate) pilot: bool,
     time: Option<Duration>,
     seconds_a_sample: Option<f64>,
 }
 
-impl<'a, 'd> Progression<'a, 'd> {
-    pub(crate) fn new(renderer: &'a mut Renderer<'d>, time: Option<Duration>) -> Self {
-        let plan = Batches { planned: None };
+impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
+    pub(crate) fn new(
+        renderer: &'a mut Renderer<'d>,
+        time: Option<Duration>,
+        standing: Standing,
+        keeper: Option<Keeper<'k>>,
+    ) -> Self {
+        let Standing { first, next, batch, pilot: found } = standing;
         let started = Instant::now();
-        Self { renderer, plan, batch: 0, spp: 0, started, pilot: false, time, seconds_a_sample: None }
+        Self {
+            renderer,
+            plan: Batches { planned: None },
+            batch,
+            spp: next,
+            found,
+            first,
+            keeper,
+            kept: started,
+            begun: next,
+            started,
+            pilot: false,
+            time,
+            seconds_a_sample: None,
+        }
+    }
+
+    /// Where the render stands.
+    pub(crate) fn standing(&self) -> Standing {
+        Standing { first: self.first, next: self.spp, batch: self.batch, pilot: self.found }
+    }
+
+    /// Lets the film be saved, if it is time to.
+    fn keep(&mut self, film: &Film) {
+        let standing = self.standing();
+        if let Some(keeper) = &mut self.keeper
+            && !self.pilot
+            && self.kept.elapsed() >= keeper.every
+        {
+            (keeper.keep)(film, &standing, &self.renderer.counts);
+            self.kept = Instant::now();
+        }
     }
 
     /// Seconds until the time is up.
@@ -100,7 +152,7 @@ impl<'a, 'd> Progression<'a, 'd> {
             let left = self.seconds_left();
             if let (Some(left), Some(cost)) = (left, cost)
                 && left < cost
-                && self.spp > 0
+                && self.spp > self.first
             {
                 return Ok(Some(Outcome::TimeUp));
             }
@@ -109,22 +161,30 @@ impl<'a, 'd> Progression<'a, 'd> {
             let pass_started = Instant::now();
             let (batch, spp) = (self.batch, self.spp);
             if !self.trace(film, until, batches, samples, observer)? {
-                self.renderer.counts.paths = before.paths; // thrown away with the pass
+                // Thrown away with the pass; the time is spent.
+                let Counts { trace_seconds, dispatches, .. } = self.renderer.counts;
+                self.renderer.counts = Counts { trace_seconds, dispatches, ..before };
                 return Ok(Some(Outcome::Interrupted));
             }
             self.seconds_a_sample = Some(pass_started.elapsed().as_secs_f64() / f64::from(batches * samples));
             self.batch = batch + batches;
             self.spp = spp + batches * samples;
+            self.keep(film);
         }
     }
 
     /// How many batches to trace at once, each costing `cost` seconds.
     fn batches_of_pass(&self, until: Option<u32>, cost: Option<f64>, left: Option<f64>) -> u32 {
         let Some(cost) = cost else { return 1 };
-        let pass_seconds = (LOSS * self.started.elapsed().as_secs_f64()).max(SHORT);
+        let mut pass_seconds = (LOSS * self.started.elapsed().as_secs_f64()).max(SHORT);
+        if let Some(keeper) = self.keeper.as_ref().filter(|_| !self.pilot) {
+            let due = keeper.every.saturating_sub(self.kept.elapsed()).as_secs_f64();
+            pass_seconds = pass_seconds.min(due);
+        }
         let run = self.plan.run(self.spp, until);
         let fits = (pass_seconds / cost).max(1.0) as u32;
-        let mut batches = if until.is_some() && f64::from(run) * cost < 2.0 * SHORT { run } else { fits.min(run) };
+        let mut batches =
+            if until.is_some() && f64::from(run) * cost < 2.0 * pass_seconds.min(SHORT) { run } else { fits.min(run) };
         if let Some(left) = left {
             batches = batches.min((left / cost) as u32);
         }
@@ -141,18 +201,24 @@ impl<'a, 'd> Progression<'a, 'd> {
     ) -> Result<bool, RenderError> {
         let pixels = f64::from(film.width()) * f64::from(film.height());
         let (spp, pilot, started, time) = (self.spp, self.pilot, self.started, self.time);
-        let paths_before = self.renderer.counts.paths as f64 - pixels * f64::from(spp);
+        let first = if pilot { 0 } else { self.first };
+        let begun = if pilot { 0.0 } else { f64::from(self.begun - first) };
+        let paths_before = self.renderer.counts.paths as f64 - pixels * f64::from(spp - first);
+        let until = until.map(|until| until - first);
         let mut watch = |counts: &Counts| {
             let seconds = started.elapsed().as_secs_f64();
             let share = until.map(|n| (counts.paths as f64 - paths_before) / (pixels * f64::from(n)));
-            let by_share = share.filter(|&s| s > 0.0).map(|s| seconds * (1.0 - s).max(0.0) / s);
+            let by_share = share.zip(until).and_then(|(share, n)| {
+                let here = share - begun / f64::from(n);
+                (here > 0.0).then(|| seconds * (1.0 - share).max(0.0) / here)
+            });
             let by_time = time.map(|t| (t.as_secs_f64() - seconds).max(0.0));
             let seconds_left = match (by_share, by_time) {
                 (Some(a), Some(b)) => Some(a.min(b)),
                 (a, b) => a.or(b),
             };
             let target = until.filter(|_| !pilot);
-            observer(&Progress { spp, target, share, pilot, seconds, seconds_left, counts: *counts })
+            observer(&Progress { spp: spp - first, target, share, pilot, seconds, seconds_left, counts: *counts })
         };
         self.renderer.trace(film, self.batch, batches, samples, &mut watch)
     }

@@ -8,8 +8,9 @@ use crate::{
     batches::Batches,
     error::RenderError,
     precise,
-    progression::{Outcome, Progression, Watch},
+    progression::{Keeper, Outcome, Progression, Watch},
     renderer::Renderer,
+    standing::Standing,
 };
 
 /// When a render is done; whichever comes first.
@@ -17,6 +18,8 @@ use crate::{
 pub struct Goal {
     /// Samples a pixel; beside a precision, the most that it may take.
     pub spp: Option<u32>,
+    /// Of these, the one before which a part of the render ends; without it, all are traced.
+    pub end: Option<u32>,
     /// Tracing time.
     pub time: Option<Duration>,
     /// How narrow error bars must be.
@@ -25,22 +28,38 @@ pub struct Goal {
 
 /// Traces until the goal is met, passing by `observer` between dispatches; it returns whether to go on.
 ///
-/// With a precision, `film` must be empty: how many samples are taken must not depend on those already there.
+/// `film` must be empty.
 pub fn render(
     renderer: &mut Renderer<'_>,
     film: &mut Film,
     goal: &Goal,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
-    let mut progression = Progression::new(renderer, goal.time);
-    if let Some(precision) = &goal.precision {
-        return precise::render(&mut progression, film, precision, goal.spp, observer);
-    }
-    progression.plan = Batches { planned: goal.spp };
-    match progression.advance(film, goal.spp, observer)? {
-        // Where nothing but time was asked for, its end is the goal.
-        Some(Outcome::TimeUp) if goal.spp.is_none() => Ok(Outcome::Done),
-        Some(outcome) => Ok(outcome),
-        None => Ok(Outcome::Done),
-    }
+    render_from(renderer, film, goal, Standing::default(), observer, None).map(|(outcome, _)| outcome)
+}
+
+/// Likewise, from where another run stood, whose film it was; the bits are those of a single run. Tells where it stands in the end.
+///
+/// `keeper` is handed the film now and then, to save it.
+pub fn render_from(
+    renderer: &mut Renderer<'_>,
+    film: &mut Film,
+    goal: &Goal,
+    standing: Standing,
+    observer: &mut Watch<'_>,
+    keeper: Option<Keeper<'_>>,
+) -> Result<(Outcome, Standing), RenderError> {
+    let mut progression = Progression::new(renderer, goal.time, standing, keeper);
+    let outcome = if let Some(precision) = &goal.precision {
+        precise::render(&mut progression, film, precision, goal.spp, observer)?
+    } else {
+        progression.plan = Batches { planned: goal.spp };
+        match progression.advance(film, goal.end.or(goal.spp), observer)? {
+            // Where nothing but time was asked for, its end is the goal.
+            Some(Outcome::TimeUp) if goal.spp.is_none() => Outcome::Done,
+            Some(outcome) => outcome,
+            None => Outcome::Done,
+        }
+    };
+    Ok((outcome, progression.standing()))
 }

@@ -77,10 +77,9 @@ pub struct Renderer<'a> {
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
-    width: u32,
-    height: u32,
+    /// Pixels of the whole picture.
+    size: [u32; 2],
     threads: u32,
-    tiles: Vec<Tile>,
     most_lanes: u32,
     budget: u32,
     most_batches: u32,
@@ -161,24 +160,21 @@ impl<'a> Renderer<'a> {
             sums,
             feature_pixels,
             readback,
-            width,
-            height,
+            size: [width, height],
             threads,
-            tiles,
             most_lanes,
             budget: 512,
             most_batches,
             counts: Counts::default(),
         };
-        renderer.warm_up()?;
+        renderer.warm_up(&tiles[0])?;
         renderer.compile_seconds = started.elapsed().as_secs_f64();
         Ok(renderer)
     }
 
     /// Drivers compile at the first dispatch: one that has nothing to do.
-    fn warm_up(&mut self) -> Result<(), RenderError> {
-        let tile = self.tiles[0];
-        let pass = Pass { size: tile.size, samples: 1, lanes: GROUP * self.threads, restart: 1, ..self.pass_of(&tile) };
+    fn warm_up(&mut self, tile: &Tile) -> Result<(), RenderError> {
+        let pass = Pass { size: tile.size, samples: 1, lanes: GROUP * self.threads, restart: 1, ..self.pass_of(tile) };
         self.dispatch(&pass)?;
         Ok(())
     }
@@ -210,7 +206,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Traces `batches` batches of `samples` samples a pixel, the first of them numbered `first_batch`, and adds them to the
-    /// film. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
+    /// film, which may be of a crop. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
     /// so nothing at all is added.
     pub fn trace(
         &mut self,
@@ -221,7 +217,7 @@ impl<'a> Renderer<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
         let mut results = Vec::new();
-        for tile in self.tiles.clone() {
+        for tile in self.tiles_of(film)? {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
             if !self.trace_tile(&pass, observer)? {
                 return Ok(false);
@@ -230,7 +226,7 @@ impl<'a> Renderer<'a> {
         }
         for (tile, sums) in results {
             let lanes = tile.lanes(self.threads);
-            let pixels = tile.pixels(lanes, self.width);
+            let pixels = tile.pixels(lanes, &film.window());
             for batch in sums.chunks_exact(lanes as usize) {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
@@ -240,6 +236,17 @@ impl<'a> Renderer<'a> {
             }
         }
         Ok(true)
+    }
+
+    /// The film's part of the picture, cut into tiles that the buffers hold.
+    fn tiles_of(&self, film: &Film) -> Result<Vec<Tile>, RenderError> {
+        let window = film.window();
+        if window.whole != self.size {
+            let [[width, height], [w, h]] = [self.size, window.whole];
+            let message = format!("the film is of an image of {w}x{h} pixels, the view of one of {width}x{height}");
+            return Err(RenderError::LostWork { message });
+        }
+        Ok(Tile::bands(window.corner, window.size, self.most_lanes))
     }
 
     /// Dispatches until every lane of the tile has its samples.
@@ -328,15 +335,16 @@ impl<'a> Renderer<'a> {
 
     /// Albedo, normal and depth of first hits.
     pub fn trace_features(&self, film: &mut Film) -> Result<(), RenderError> {
-        let count = self.width as usize * self.height as usize;
+        let window = film.window();
+        let count = film.pixels().len();
         let mut all =
             FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
-        for tile in self.tiles.clone() {
+        for tile in self.tiles_of(film)? {
             let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
             self.run(&pass, &self.feature_kernel)?;
             let records: Vec<FeaturePixel> =
                 self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
-            for (pixel, r) in tile.pixels(pass.lanes, self.width).into_iter().zip(records) {
+            for (pixel, r) in tile.pixels(pass.lanes, &window).into_iter().zip(records) {
                 if pixel != u32::MAX {
                     let i = pixel as usize;
                     all.albedo[i] = r.albedo;

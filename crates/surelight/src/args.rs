@@ -10,8 +10,10 @@ use crate::bench::BenchArgs;
 use crate::compare::CompareArgs;
 use crate::integrate::IntegrateArgs;
 use crate::measure::MeasureArgs;
+use crate::merge::MergeArgs;
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
+use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
 
 /// The program with its commands; options of `render` are added in [`parse`].
@@ -19,7 +21,7 @@ use crate::stopping::StopArgs;
 #[command(
     name = "surelight",
     version,
-    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (the image so far is written), 4 compare: they differ; bench --compare: something was lost.",
+    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (image and checkpoint are written), 4 compare: they differ; bench --compare: something was lost.",
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     arg_required_else_help = true
@@ -42,15 +44,12 @@ where
         None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
     };
     let conflict = match &command {
-        Command::Render(args) => args.method.conflict(),
-        Command::Info(args) => args.method.conflict_without_trial(),
-        Command::Measure(args) => args.conflict(),
-        Command::Bench(args) => {
-            if let Some(message) = args.conflict() {
-                return Err(cli.error(ErrorKind::ArgumentConflict, message));
-            }
-            None
+        Command::Render(args) => {
+            args.method.conflict().map(String::from).or(args.parts.conflict(&args.stop, &args.method, &args.output))
         }
+        Command::Info(args) => args.method.conflict_without_trial().map(String::from),
+        Command::Measure(args) => args.conflict().map(String::from),
+        Command::Bench(args) => args.conflict(),
         _ => None,
     };
     match conflict {
@@ -92,6 +91,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Race the methods on scenes: which reaches a given error first, charted
     Bench(Box<BenchArgs>),
+    /// Join parts of one render: the same bytes as if it had been rendered in one go
+    Merge(MergeArgs),
     /// List adapters, drivers and limits
     Devices(DevicesArgs),
 }
@@ -165,6 +166,9 @@ pub(crate) struct RenderArgs {
 
     #[command(flatten)]
     pub(crate) light: LightArgs,
+
+    #[command(flatten)]
+    pub(crate) parts: PartArgs,
 }
 
 /// Where the picture is taken from.
@@ -360,7 +364,7 @@ mod tests {
             ("surelight info a.glb --integrator auto", ErrorKind::ArgumentConflict),
             ("surelight measure a.glb --integrator auto --point 0,0,0 --direction 0,0,1", ErrorKind::ArgumentConflict),
             // Options of work to come are absent, not inert.
-            ("surelight a.glb --resume", ErrorKind::UnknownArgument),
+            ("surelight a.glb --samples 0..16", ErrorKind::MissingRequiredArgument),
         ] {
             assert_eq!(typed(line).expect_err(line).kind(), kind, "{line}");
         }

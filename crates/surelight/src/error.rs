@@ -39,6 +39,20 @@ pub(crate) enum Error {
         /// Rows.
         height: u32,
     },
+    /// A checkpoint of another render.
+    #[error(
+        "the checkpoint \"{}\" is of another render: {} is {} there and {} here; set it likewise, or leave out --resume to begin anew",
+        path.display(), difference.what, difference.first, difference.second
+    )]
+    Resume {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What tells the renders apart.
+        difference: surelight_film::Difference,
+    },
+    /// Parts that cannot be merged.
+    #[error(transparent)]
+    Merge(#[from] surelight_film::MergeError),
     /// A vector without length.
     #[error("{0} has no length; a direction is needed")]
     NoDirection(&'static str),

@@ -33,6 +33,13 @@ pub(crate) fn of(scene: &Scene) -> String {
     format!("{:016x}", hash.0)
 }
 
+/// Hash of a text, likewise.
+pub(crate) fn of_text(text: &str) -> String {
+    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    hash.bytes(text.as_bytes());
+    format!("{:016x}", hash.0)
+}
+
 /// Fowler–Noll–Vo's xor and multiply over 64-bit words, with a shift that lets high bits reach low ones.
 struct Hash(u64);
 

@@ -19,9 +19,11 @@ mod integrate;
 mod interrupt;
 mod light;
 mod measure;
+mod merge;
 mod method;
 mod output;
 mod parse;
+mod parts;
 mod progress;
 mod render;
 mod stopping;
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
             compare::run(&args).map(|differ| if differ { ExitCode::from(DIFFER) } else { ExitCode::SUCCESS })
         }
         Command::Bench(args) => bench::run(&args),
+        Command::Merge(args) => merge::run(&args).map(met),
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
     });
     match done {

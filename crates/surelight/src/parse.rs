@@ -168,6 +168,27 @@ pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
     }
 }
 
+/// `X0,Y0,X1,Y1`: a rectangle of pixels, the last two outside.
+pub(crate) fn rectangle(text: &str) -> Result<[u32; 4], String> {
+    let numbers: Vec<u32> =
+        text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>().unwrap_or_default();
+    match <[u32; 4]>::try_from(numbers) {
+        Ok([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok([x0, y0, x1, y1]),
+        Ok(_) => Err("the region is empty: X1 and Y1 must be above X0 and Y0".into()),
+        Err(_) => Err("expected four whole numbers with commas, for example 100,50,140,80".into()),
+    }
+}
+
+/// `A..B`: samples from A up to B, B not included.
+pub(crate) fn samples(text: &str) -> Result<[u32; 2], String> {
+    let ends = text.split_once("..").and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    match ends {
+        Some([first, end]) if first < end => Ok([first, end]),
+        Some(_) => Err("there is no sample between them: B must be above A".into()),
+        None => Err("expected A..B, for example 0..16: samples from A up to B, B not included".into()),
+    }
+}
+
 fn triple(text: &str) -> Option<[f64; 3]> {
     let numbers: Vec<f64> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
     let triple: [f64; 3] = numbers.try_into().ok()?;
@@ -229,6 +250,18 @@ mod tests {
         }
         for wrong in ["", "s", "0", "0s", "-1s", "5x", "1h30", "1.2.3s", "5 s", "1e400s"] {
             assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn rectangles_and_samples() {
+        assert_eq!(rectangle("1,2, 3,4"), Ok([1, 2, 3, 4]));
+        for wrong in ["", "1,2,3", "1,2,1,4", "-1,0,2,2", "1,2,3,4,5"] {
+            assert!(rectangle(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(samples("0..16"), Ok([0, 16]));
+        for wrong in ["", "16", "..", "4..", "..4", "4..4", "5..4", "-1..4", "0..1..2"] {
+            assert!(samples(wrong).is_err(), "{wrong}");
         }
     }
 

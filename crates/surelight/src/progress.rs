@@ -179,7 +179,7 @@ mod tests {
     }
 
     fn goal(spp: Option<u32>, seconds: Option<u64>) -> Goal {
-        Goal { spp, time: seconds.map(Duration::from_secs), precision: None }
+        Goal { spp, time: seconds.map(Duration::from_secs), ..Goal::default() }
     }
 
     #[test]

@@ -1,36 +1,44 @@
 //! `surelight render`: from a file to images, stage by stage.
 
 mod auto;
+mod checkpoint;
 mod prepare;
+mod record;
 mod report;
 
 use std::time::Instant;
 
-use surelight_film::{Display, Film, Metadata, ToneMap, write_exr, write_png};
-use surelight_render::{Counts, Device, Goal, Outcome, Renderer};
+use surelight_film::{Display, Film, Metadata, PixelMoments, ToneMap, Window, write_exr, write_png};
+use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
 use crate::args::{RenderArgs, Tonemap};
 use crate::error::Error;
-use crate::method::MethodArgs;
-use crate::parse::{Format, OutputPath, Size};
+use crate::parse::{Format, OutputPath};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary, Tried};
 use crate::{interrupt, output};
 
+use checkpoint::Checkpoint;
 use prepare::Loaded;
 pub(crate) use prepare::adapter_choice;
+use record::Record;
 
 /// A render that has ended.
 struct Finished<'a> {
     args: &'a RenderArgs,
     outputs: &'a [OutputPath],
     loaded: Loaded,
-    method: MethodArgs,
     tried: Vec<Tried>,
     device: &'a Device,
     film: Film,
+    record: Record,
     goal: Goal,
     outcome: Outcome,
+    standing: Standing,
+    /// Samples a pixel that come from a checkpoint.
+    resumed_spp: u32,
+    /// The checkpoint that is left.
+    checkpoint: Option<std::path::PathBuf>,
     counts: Counts,
     device_bytes: u64,
     seconds: Seconds,
@@ -42,7 +50,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     interrupt::listen();
     let outputs = output::choose(&args.scene, &args.output);
     let inputs: Vec<_> = std::iter::once(&args.scene).chain(&args.light.env).cloned().collect();
-    output::check(&outputs, &inputs)?;
+    let mut checkpoint = Checkpoint::beside(&outputs);
+    output::check(&[outputs.clone(), vec![checkpoint.output()]].concat(), &inputs)?;
+    let earlier = checkpoint.look(args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
@@ -57,10 +67,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.device = stages.end()?;
 
     let mut settings = prepare::settings(args, &loaded.view);
-    if args.method.is_auto() {
+    if args.method.is_auto() && earlier.is_none() {
         progress.stage("trying integrators on", &args.scene);
     }
-    let (method, tried) = auto::choose(&args.method, &device, &loaded, &settings)?;
+    let (method, tried) = match earlier.as_ref().and_then(|earlier| checkpoint::method(&args.method, earlier)) {
+        Some(method) => (method, Vec::new()),
+        None => auto::choose(&args.method, &device, &loaded, &settings)?,
+    };
     settings.integrator = method.integrator();
     loaded.warnings.extend(method.warning(&loaded.scene));
     seconds.trials = stages.end()?;
@@ -74,38 +87,62 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
 
-    let mut film = new_film(loaded.view.size)?;
+    let window = args.parts.window(loaded.view.size)?;
+    let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, window);
+    check_memory(&window)?;
+    let (mut film, standing) = if earlier.is_some() {
+        checkpoint.read(&mut record)?
+    } else {
+        (Film::of_window(window), args.parts.start(&args.stop))
+    };
+    let resumed_spp = if earlier.is_some() { standing.next - standing.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
+    renderer.trace_features(&mut film)?;
+    seconds.features = stages.end()?;
 
-    let goal = args.stop.goal(start.elapsed());
+    let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
+    let keeper = Keeper {
+        every: args.parts.checkpoint,
+        keep: &mut |film, standing, counts| checkpoint.write(&record, film, standing, counts),
+    };
     // Once something is in the film, Ctrl-C need not wait: there is an image to write.
-    let outcome = surelight_render::render(&mut renderer, &mut film, &goal, &mut |status| {
+    let watch = &mut |status: &surelight_render::Progress| {
         progress.update(status, goal);
         !(interrupt::requested() && status.spp > 0)
-    })?;
+    };
+    let (outcome, standing) =
+        surelight_render::render_from(&mut renderer, &mut film, &goal, standing, watch, Some(keeper))?;
     seconds.trace = stages.lap();
-    renderer.trace_features(&mut film)?;
-    seconds.features = stages.lap();
 
-    let mut finished = Finished {
+    let metadata = record.metadata(&film, &standing, &renderer.counts, args.parts.is_part(&args.stop));
+    write(&outputs, &film, &display(args.exposure, args.tonemap), &metadata)?;
+    if outcome == Outcome::Done {
+        checkpoint.remove();
+    } else {
+        checkpoint.write(&record, &film, &standing, &renderer.counts);
+    }
+    seconds.write = stages.lap();
+    progress.finish();
+    seconds.total = start.elapsed().as_secs_f64();
+    loaded.warnings.extend(checkpoint.failure.take().map(|failure| format!("no checkpoint was saved: {failure}")));
+    let finished = Finished {
         args,
         outputs: &outputs,
         loaded,
-        method,
         tried,
         device: &device,
         film,
+        record,
         goal,
         outcome,
+        standing,
+        resumed_spp,
+        checkpoint: (outcome != Outcome::Done).then(|| checkpoint.path().to_owned()),
         counts: renderer.counts,
         device_bytes: renderer.device_bytes,
         seconds,
     };
-    write(&outputs, &finished.film, args, &finished.metadata())?;
-    finished.seconds.write = stages.lap();
-    progress.finish();
-    finished.seconds.total = start.elapsed().as_secs_f64();
     Ok(finished.summary())
 }
 
@@ -125,30 +162,34 @@ impl Stages {
     }
 }
 
-/// A film, or a sentence where memory does not suffice: running out later would end the program without a word.
-fn new_film(size: Size) -> Result<Film, Error> {
-    // 168 bytes of moments and 4 of scratch a pixel, the features, and the encoded image while it is written.
-    const BYTES_A_PIXEL: u64 = 168 + 4 + 28 + 60;
-    let bytes = u64::from(size.width) * u64::from(size.height) * BYTES_A_PIXEL;
+/// A sentence where memory does not suffice for a film: running out later would end the program without a word.
+pub(crate) fn check_memory(window: &Window) -> Result<(), Error> {
+    // Moments, 4 of scratch, the features, and the encoded image with its moments while it is written.
+    const BYTES_A_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
+    let bytes = window.area() * BYTES_A_PIXEL;
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
-    match reserved {
-        Some(_) => Ok(Film::new(size.width, size.height)),
-        None => Err(Error::Memory { width: size.width, height: size.height, gib: bytes as f64 / f64::from(1 << 30) }),
-    }
+    let [width, height] = window.size;
+    let gib = bytes as f64 / f64::from(1 << 30);
+    reserved.map(drop).ok_or(Error::Memory { width, height, gib })
 }
 
-fn write(outputs: &[OutputPath], film: &Film, args: &RenderArgs, metadata: &Metadata) -> Result<(), Error> {
-    let tonemap = match args.tonemap {
+/// How PNGs show radiance.
+pub(crate) fn display(exposure: f32, tonemap: Tonemap) -> Display {
+    let tonemap = match tonemap {
         Tonemap::Neutral => ToneMap::Neutral,
         Tonemap::Agx => ToneMap::Agx,
         Tonemap::Aces => ToneMap::Aces,
         Tonemap::None => ToneMap::None,
     };
-    let display = Display { exposure_ev: args.exposure.into(), tonemap };
+    Display { exposure_ev: exposure.into(), tonemap }
+}
+
+/// Writes all outputs.
+pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
     for OutputPath { path, format } in outputs {
         match format {
             Format::Exr => write_exr(path, film, metadata)?,
-            Format::Png => write_png(path, film, &display)?,
+            Format::Png => write_png(path, film, display)?,
         }
     }
     Ok(())

@@ -72,6 +72,7 @@ impl StopArgs {
             spp: self.spp.or((!limited).then_some(DEFAULT_SPP)),
             time: self.time.map(|limit| limit.saturating_sub(spent)),
             precision: self.precision(),
+            ..Goal::default()
         }
     }
 }

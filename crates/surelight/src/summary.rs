@@ -24,6 +24,14 @@ pub(crate) struct Summary {
     pub(crate) adapter: Adapter,
     /// Samples a pixel.
     pub(crate) spp: u64,
+    /// Of these, the ones that an earlier run did.
+    pub(crate) resumed_spp: u32,
+    /// Part of the image, as x0, y0, x1, y1 with the last two outside; `null`: the whole.
+    pub(crate) crop: Option<[u32; 4]>,
+    /// The first sample and the one after the last.
+    pub(crate) sample_range: [u32; 2],
+    /// The file that `--resume` goes on from; `null` where the goal is met.
+    pub(crate) checkpoint: Option<String>,
     /// Samples a pixel that were asked for; `null` where time alone decided.
     pub(crate) target_spp: Option<u32>,
     /// Camera paths: pixels × samples.
@@ -176,7 +184,11 @@ impl Summary {
 impl Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let s = &self.seconds;
-        writeln!(f, "image     {} ({}x{})", self.outputs.join(", "), self.width, self.height)?;
+        write!(f, "image     {} ({}x{}", self.outputs.join(", "), self.width, self.height)?;
+        match self.crop {
+            Some([x, y, ..]) => writeln!(f, " at {x},{y})")?,
+            None => writeln!(f, ")")?,
+        }
         writeln!(f, "adapter   {}, {}, driver {}", self.adapter.name, self.adapter.backend, self.adapter.driver)?;
         write!(f, "samples   {} a pixel", self.spp)?;
         match (self.stopped, self.target_spp) {
@@ -184,6 +196,12 @@ impl Display for Summary {
             (Stop::Time, target) => write!(f, "{} when the time was up", Of(target))?,
             (Stop::Samples, _) => write!(f, ", the most it may take, and the error is not what was asked for")?,
             (Stop::Interrupt, target) => write!(f, "{} when interrupted", Of(target))?,
+        }
+        if self.resumed_spp > 0 {
+            write!(f, ", {} of them from a checkpoint", self.resumed_spp)?;
+        }
+        if self.sample_range[0] > 0 {
+            write!(f, " (from {} on)", self.sample_range[0])?;
         }
         writeln!(f, "; {} paths, {} rays", Count(self.paths), Count(self.rays))?;
         writeln!(
@@ -217,6 +235,9 @@ impl Display for Summary {
             None => writeln!(f, "error     unknown: the image is black")?,
         }
         writeln!(f, "certified {}", self.intervals)?;
+        if let Some(checkpoint) = &self.checkpoint {
+            writeln!(f, "go on     --resume, from {checkpoint}")?;
+        }
         writeln!(f, "memory    {} MiB on the device at most", self.peak_device_bytes.div_ceil(1 << 20))?;
         if self.dropped_samples > 0 {
             writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
@@ -265,7 +286,8 @@ impl Display for Of {
     }
 }
 
-struct Percent(f64);
+/// A share, in percent.
+pub(crate) struct Percent(pub(crate) f64);
 
 impl Display for Percent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -303,6 +325,10 @@ mod tests {
                 software: true,
             },
             spp: 12,
+            resumed_spp: 4,
+            crop: Some([8, 2, 648, 482]),
+            sample_range: [0, 12],
+            checkpoint: Some("box.checkpoint.exr".into()),
             target_spp: Some(64),
             paths: 3_686_400,
             rays: 20_000_000,
@@ -332,8 +358,9 @@ mod tests {
     fn the_summary_reads_well() {
         let text = summary().to_string();
         for line in [
-            "image     box.png, box.exr (640x480)\n",
-            "samples   12 a pixel of 64 when the time was up; 3.69 million paths, 20.0 million rays\n",
+            "image     box.png, box.exr (640x480 at 8,2)\n",
+            "go on     --resume, from box.checkpoint.exr\n",
+            "samples   12 a pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, 20.0 million rays\n",
             "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
             "error     3.1 % mean, 9.8 % at the 95th percentile",
             "certified 99 % of the pixels; nine tenths of these within 5.1 % at 95 % confidence\n",

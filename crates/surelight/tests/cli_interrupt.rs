@@ -1,4 +1,4 @@
-//! Ctrl-C: the first writes the image so far and exits with 3, the second ends at once.
+//! Ctrl-C: the first writes image and checkpoint and exits with 3, the second ends at once.
 
 #![cfg(unix)]
 
@@ -41,7 +41,7 @@ fn an_interrupt_saves_the_image() {
     log.read_to_string(&mut rest).unwrap();
     child.stdout.take().unwrap().read_to_string(&mut summary).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(3), "{rest}");
-    assert_eq!(folder.files(), ["a.exr", "a.png"]);
+    assert_eq!(folder.files(), ["a.checkpoint.exr", "a.exr", "a.png"]);
 
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["stopped"], "interrupt");

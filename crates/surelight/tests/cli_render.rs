@@ -80,8 +80,9 @@ fn time_stops_a_render() {
         assert_eq!(summary["stopped"], stopped);
         assert!(summary["spp"].as_u64() >= Some(1));
         assert!(summary["seconds"]["total"].as_f64() < Some(15.0), "{summary}");
+        assert_eq!(summary["checkpoint"].is_null(), code == 0, "{summary}");
     }
-    assert_eq!(folder.files(), ["cornell-box.exr", "cornell-box.png"]);
+    assert_eq!(folder.files(), ["cornell-box.checkpoint.exr", "cornell-box.exr", "cornell-box.png"]);
 }
 
 #[test]

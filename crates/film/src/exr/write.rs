@@ -6,8 +6,8 @@ use std::path::Path;
 use ::exr::block::BlockIndex;
 use ::exr::block::UncompressedBlock;
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
-use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode, SampleType};
 use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode, SampleType};
 use ::exr::meta::header::Header;
 use ::exr::prelude::{
     AttributeValue, Blocks, Compression, Encoding, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
@@ -16,7 +16,7 @@ use ::exr::prelude::{
 
 use super::ATTRIBUTE;
 use crate::moments::WORDS;
-use crate::part::{checksum, word_name};
+use crate::words::{checksum, word_name};
 use crate::{Film, Metadata, WriteError};
 
 /// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,

@@ -17,13 +17,12 @@ fn render(edges: [u32; 4], [first, end]: [u64; 2]) -> (Film, Metadata) {
     let lanes: Vec<u32> = (0..numbers.len() as u32).collect();
     for batch in first as u32 / 2..end as u32 / 2 {
         let value = |pixel: u32, c: u32| {
-            let hash = (pixel * 31 + batch * 17 + c).wrapping_mul(0x9e37_79b9).rotate_left(13).wrapping_mul(0x85eb_ca6b);
+            let hash =
+                (pixel * 31 + batch * 17 + c).wrapping_mul(0x9e37_79b9).rotate_left(13).wrapping_mul(0x85eb_ca6b);
             (hash >> 8) as f32 * 2f32.powi((hash % 40) as i32 - 44)
         };
-        let sums: Vec<_> = numbers
-            .iter()
-            .map(|&p| BatchSum::new([0, 1, 2].map(|c| value(p, c)), value(p, 3), value(p, 4)))
-            .collect();
+        let sums: Vec<_> =
+            numbers.iter().map(|&p| BatchSum::new([0, 1, 2].map(|c| value(p, c)), value(p, 3), value(p, 4))).collect();
         film.add_batch(2, &lanes, &sums).unwrap();
     }
     let feature = |scale: f32| numbers.iter().map(|&p| [p as f32 * scale, 0.5, -0.0]).collect();
@@ -92,7 +91,10 @@ fn what_does_not_fit_is_told() {
     let text = |parts: &[([u32; 4], [u64; 2])]| merge(parts).unwrap_err().to_string();
     assert!(text(&[]).contains("nothing"));
     let twice = text(&[(ALL, [0, 8]), ([2, 2, 3, 3], [6, 12])]);
-    assert!(twice.contains("0.exr") && twice.contains("1.exr") && twice.contains("6..8 of the pixels 2,2,3,3"), "{twice}");
+    assert!(
+        twice.contains("0.exr") && twice.contains("1.exr") && twice.contains("6..8 of the pixels 2,2,3,3"),
+        "{twice}"
+    );
     let hole = text(&[(ALL, [0, 8]), (ALL, [16, SPP])]);
     assert!(hole.contains("samples 8..16 of all pixels are missing (33.333 %"), "{hole}");
     let hole = text(&[([0, 0, 3, 5], [0, SPP]), ([3, 0, 7, 4], [0, SPP])]);
@@ -124,4 +126,14 @@ fn parts_of_two_renders_are_refused_by_name() {
     for word in ["a.exr", "b.exr", "--seed is 1 in the first and 2 in the second"] {
         assert!(text.contains(word), "{text}");
     }
+    // Two renders that time ended may have cut their samples into other batches.
+    let open = |path: &str, samples| {
+        let mut file = file(path, 1);
+        file.metadata.part.as_mut().unwrap().planned_samples = None;
+        file.metadata.sample_range = samples;
+        file
+    };
+    let text = MergePlan::new(vec![open("a.exr", [0, 8]), open("b.exr", [8, 16])]).unwrap_err().to_string();
+    assert!(text.contains("--spp"), "{text}");
+    assert!(MergePlan::new(vec![open("a.exr", [0, 8])]).is_ok());
 }

@@ -45,7 +45,7 @@ pub(crate) struct MeasureArgs {
     pub(crate) normal: Option<[f64; 3]>,
 
     /// Mean radiance of this part of the image, pixels from the upper left corner; X1 and Y1 are just outside
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = region)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::rectangle)]
     pub(crate) region: Option<[u32; 4]>,
 
     /// Pixels of the image that --region is in [default: 1024 on the longer side, the camera's aspect]
@@ -110,29 +110,6 @@ impl MeasureArgs {
                 Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")
             }
             _ => self.method.conflict_without_trial(),
-        }
-    }
-}
-
-fn region(text: &str) -> Result<[u32; 4], String> {
-    let numbers: Vec<u32> =
-        text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>().unwrap_or_default();
-    match <[u32; 4]>::try_from(numbers) {
-        Ok([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok([x0, y0, x1, y1]),
-        Ok(_) => Err("the region is empty: X1 and Y1 must be above X0 and Y0".into()),
-        Err(_) => Err("expected four whole numbers with commas, for example 100,50,140,80".into()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regions_are_read() {
-        assert_eq!(region("1,2, 3,4"), Ok([1, 2, 3, 4]));
-        for wrong in ["", "1,2,3", "1,2,1,4", "-1,0,2,2", "1,2,3,4,5"] {
-            assert!(region(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,0 +1,27 @@
+//! Where a render stands.
+
+use crate::batches::Batches;
+
+/// Where a render stands: what it takes to go on with it, beside the film. The default is its beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// The first sample of this part of the render.
+    pub first: u32,
+    /// The film holds the samples from the first up to this one, which is the next to be traced.
+    pub next: u32,
+    /// Number of the next batch.
+    pub batch: u32,
+    /// With a precision, what its pilot found: the samples that batches are planned for, and those before the first look.
+    pub pilot: Option<[u32; 2]>,
+}
+
+impl Standing {
+    /// Before sample `first` of a render of `spp` samples a pixel.
+    ///
+    /// # Errors
+    /// Where no batch ends there: the nearest samples on either side where one does.
+    pub fn before(first: u32, spp: u32) -> Result<Self, [u32; 2]> {
+        let (ends, batch) = Batches { planned: Some(spp) }.around(first);
+        if ends[0] == first { Ok(Self { first, next: first, batch, pilot: None }) } else { Err(ends) }
+    }
+}

@@ -1,0 +1,139 @@
+//! `surelight merge`: joins parts of one render.
+
+use std::fmt::{self, Display};
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+use surelight_film::{MergePlan, PartFile};
+
+use crate::args::Tonemap;
+use crate::error::Error;
+use crate::parse::{self as value, Format, OutputPath};
+use crate::progress::samples_a_pixel;
+use crate::summary::{Percent, RelativeError};
+use crate::{console, output, render};
+
+/// `surelight merge PART.exr…`.
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// Parts of one render, in any order: written with --samples or --crop, checkpoints, or merged before
+    #[arg(value_name = "PART.exr", required = true)]
+    parts: Vec<PathBuf>,
+
+    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_path, required = true)]
+    output: Vec<OutputPath>,
+
+    /// Brightens the PNG by this many stops
+    #[arg(long, value_name = "EV", value_parser = value::exposure, default_value = "0", allow_hyphen_values = true)]
+    exposure: f32,
+
+    /// How the PNG brings radiance into what a screen can show
+    #[arg(long, value_enum, default_value_t = Tonemap::Neutral)]
+    tonemap: Tonemap,
+
+    /// The summary as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Joins the parts, writes what they make up and tells what is missing. Returns whether nothing is.
+pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
+    output::check(&args.output, &args.parts)?;
+    let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let plan = MergePlan::new(parts)?;
+    render::check_memory(&plan.window)?;
+    let (missing, samples) = (plan.missing, plan.samples);
+    let (film, metadata) = plan.join()?;
+    render::write(&args.output, &film, &render::display(args.exposure, args.tonemap), &metadata)?;
+
+    let whole = film.window().whole;
+    let merged = Merged {
+        outputs: args.output.iter().map(|output| output.path.display().to_string()).collect(),
+        parts: args.parts.len(),
+        width: film.width(),
+        height: film.height(),
+        image_size: whole,
+        crop: metadata.crop,
+        sample_range: samples,
+        spp: samples[1] - samples[0],
+        missing: missing.map(|missing| missing.to_string()),
+        can_be_merged: missing.is_some() && args.output.iter().any(|output| output.format == Format::Exr),
+        relative_error: film.error_summary().map(RelativeError::from),
+        certified: film.certify().share(),
+        dropped_samples: metadata.dropped_samples,
+        biased: metadata.biased,
+    };
+    let text = if args.json {
+        serde_json::to_string(&merged).map_err(|error| Error::Print(error.into()))? + "\n"
+    } else {
+        merged.to_string()
+    };
+    console::result(&text)?;
+    Ok(missing.is_none())
+}
+
+/// What was joined; its fields are the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct Merged {
+    /// Files written.
+    outputs: Vec<String>,
+    /// Files read.
+    parts: usize,
+    /// Pixels a row.
+    width: u32,
+    /// Rows.
+    height: u32,
+    /// Pixels a row and rows of the whole image.
+    image_size: [u32; 2],
+    /// Part of the image, as x0, y0, x1, y1 with the last two outside; `null`: the whole.
+    crop: Option<[u32; 4]>,
+    /// The first sample and the one after the last.
+    sample_range: [u64; 2],
+    /// Samples a pixel.
+    spp: u64,
+    /// What is missing of the whole render; `null`: nothing.
+    missing: Option<String>,
+    /// Whether an output is a part itself.
+    can_be_merged: bool,
+    /// Error of the image; `null` below two batches or where all is black.
+    relative_error: Option<RelativeError>,
+    /// Share of the pixels that are certified.
+    certified: f64,
+    /// Samples that were not finite and were left out.
+    dropped_samples: u64,
+    /// Options in force that bias the picture.
+    biased: Vec<String>,
+}
+
+impl Display for Merged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "image     {} ({}x{}", self.outputs.join(", "), self.width, self.height)?;
+        if let (Some([x, y, ..]), [width, height]) = (self.crop, self.image_size) {
+            write!(f, " at {x},{y} of {width}x{height}")?;
+        }
+        let plural = if self.parts == 1 { "" } else { "s" };
+        writeln!(f, ")\nsamples   {} from {} part{plural}", samples_a_pixel(self.spp), self.parts)?;
+        if let Some(missing) = &self.missing {
+            let more = if self.can_be_merged { "; the .exr can be merged with them" } else { "" };
+            writeln!(f, "missing   {missing}{more}")?;
+        }
+        if let Some(error) = self.relative_error {
+            writeln!(
+                f,
+                "error     {} mean, {} at the 95th percentile (standard error of a pixel's luminance)",
+                Percent(error.mean),
+                Percent(error.percentile_95)
+            )?;
+        }
+        writeln!(f, "certified {} of the pixels", Percent(self.certified))?;
+        if self.dropped_samples > 0 {
+            writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
+        }
+        if !self.biased.is_empty() {
+            writeln!(f, "biased    {}", self.biased.join(", "))?;
+        }
+        Ok(())
+    }
+}

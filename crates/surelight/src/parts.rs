@@ -1,0 +1,111 @@
+//! Renders in parts: `--samples`, `--crop`, `--checkpoint`, `--resume`.
+
+use std::time::Duration;
+
+use clap::Args;
+use surelight_film::Window;
+use surelight_render::Standing;
+
+use crate::error::Error;
+use crate::method::MethodArgs;
+use crate::parse::{self as value, Format, OutputPath, Size};
+use crate::stopping::StopArgs;
+
+/// Which part of a render is done, and how it is kept.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Parts")]
+pub(crate) struct PartArgs {
+    /// Render these pixels alone, X1 and Y1 outside; .exr files of one --spp can be merged
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::rectangle)]
+    pub(crate) crop: Option<[u32; 4]>,
+
+    /// Of the samples that --spp counts, trace those from A up to B, B not included; .exr files can be merged
+    #[arg(long, value_name = "A..B", value_parser = value::samples, requires = "spp", conflicts_with = "error")]
+    pub(crate) samples: Option<[u32; 2]>,
+
+    /// Go on from the checkpoint of an earlier run, if there is one
+    #[arg(long)]
+    pub(crate) resume: bool,
+
+    /// How often to save a checkpoint beside the first output, as NAME.checkpoint.exr
+    #[arg(long, value_name = "TIME", value_parser = value::duration, default_value = "60s")]
+    pub(crate) checkpoint: Duration,
+}
+
+impl PartArgs {
+    /// What is wrong with the combination, if anything.
+    pub(crate) fn conflict(&self, stop: &StopArgs, method: &MethodArgs, outputs: &[OutputPath]) -> Option<String> {
+        let ([first, end], spp) = self.samples.zip(stop.spp)?;
+        if method.is_auto() {
+            return Some("'--samples' needs an '--integrator': 'auto' might choose another one for each part".into());
+        }
+        if end > spp {
+            return Some(format!(
+                "'--samples {first}..{end}' goes beyond '--spp {spp}', the samples of the whole render"
+            ));
+        }
+        for at in [first, end] {
+            if let Err([below, above]) = Standing::before(at, spp) {
+                return Some(format!(
+                    "'--samples {first}..{end}' cuts a batch in two: of {spp} samples, those next to {at} where a part can begin or end are {below} and {above}"
+                ));
+            }
+        }
+        let lost = !outputs.is_empty() && outputs.iter().all(|output| output.format != Format::Exr);
+        lost.then(|| "'--samples' needs an output that ends in .exr: only such parts can be merged".to_owned())
+    }
+
+    /// Whether the images are parts that can be merged.
+    pub(crate) fn is_part(&self, stop: &StopArgs) -> bool {
+        let counted = stop.error.is_none() && (stop.spp.is_some() || stop.time.is_none());
+        counted && (self.samples.is_some() || self.crop.is_some())
+    }
+
+    /// The pixels to render.
+    pub(crate) fn window(&self, size: Size) -> Result<Window, Error> {
+        let Size { width, height } = size;
+        match self.crop {
+            None => Ok(Window::all(width, height)),
+            Some(edges) => Window::crop([width, height], edges).ok_or(Error::Region { width, height }),
+        }
+    }
+
+    /// Where the render begins when it does not go on from a checkpoint.
+    pub(crate) fn start(&self, stop: &StopArgs) -> Standing {
+        let first = self.samples.zip(stop.spp).and_then(|([first, _], spp)| Standing::before(first, spp).ok());
+        first.unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::method::{Integrator, Sampler};
+
+    fn with(integrator: Integrator, samples: [u32; 2], spp: u32, output: &str) -> Option<String> {
+        let method = MethodArgs { integrator, directions: None, sampler: Sampler::Sobol };
+        let checkpoint = Duration::from_secs(60);
+        let args = PartArgs { crop: None, samples: Some(samples), resume: false, checkpoint };
+        args.conflict(
+            &StopArgs { spp: Some(spp), ..StopArgs::default() },
+            &method,
+            &[value::output_path(output).unwrap()],
+        )
+    }
+
+    fn conflict(samples: [u32; 2], spp: u32, output: &str) -> Option<String> {
+        with(Integrator::Mis, samples, spp, output)
+    }
+
+    #[test]
+    fn parts_begin_and_end_between_batches() {
+        for good in [[0, 64], [0, 1], [1, 2], [16, 32], [60, 64]] {
+            assert_eq!(conflict(good, 64, "a.exr"), None, "{good:?}");
+        }
+        assert!(conflict([0, 65], 64, "a.exr").unwrap().contains("beyond '--spp 64'"));
+        let text = conflict([0, 250], 1000, "a.exr").unwrap();
+        assert!(text.contains("224 and 256"), "{text}");
+        assert!(conflict([0, 16], 64, "a.png").unwrap().contains(".exr"));
+        assert!(with(Integrator::Auto, [0, 16], 64, "a.exr").unwrap().contains("auto"));
+    }
+}

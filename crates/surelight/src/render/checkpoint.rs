@@ -1,0 +1,140 @@
+//! The file that a render can go on from: `NAME.checkpoint.exr` beside the first output.
+//!
+//! It is written now and then, and when the render ends before its goal; it is removed when the goal is met.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use surelight_film::{Difference, Film, Metadata, difference, read_part, read_part_header, write_exr};
+use surelight_render::{Counts, Standing};
+
+use crate::console;
+use crate::error::Error;
+use crate::method::{Directions, Integrator, MethodArgs};
+use crate::parse::{Format, OutputPath};
+
+use super::record::Record;
+
+/// The checkpoint of one render.
+#[derive(Debug)]
+pub(super) struct Checkpoint {
+    path: PathBuf,
+    /// Whether the file is of this render: gone on from, or written by it.
+    ours: bool,
+    /// What went wrong when it was last written.
+    pub(super) failure: Option<String>,
+}
+
+impl Checkpoint {
+    /// Where the checkpoint of a render with these outputs lies.
+    pub(super) fn beside(outputs: &[OutputPath]) -> Self {
+        let first = outputs.first().map_or_else(PathBuf::new, |output| output.path.clone());
+        let mut name = first.file_stem().map_or_else(|| OsString::from("surelight"), OsString::from);
+        name.push(".checkpoint.exr");
+        Self { path: first.with_file_name(name), ours: false, failure: None }
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// As an output, whose place can be checked.
+    pub(super) fn output(&self) -> OutputPath {
+        OutputPath { path: self.path.clone(), format: Format::Exr }
+    }
+
+    /// Finds out before anything else whether there is a checkpoint to go on from, and tells what is not as the user may expect.
+    pub(super) fn look(&self, resume: bool, quiet: bool) -> Result<Option<Metadata>, Error> {
+        if resume && self.path.exists() {
+            let (metadata, _) = read_part_header(&self.path)?;
+            return Ok(Some(metadata));
+        }
+        let path = self.path.display();
+        if resume && !quiet {
+            console::note(&format!("there is no checkpoint \"{path}\": the render begins anew"));
+        } else if let Ok((metadata, _)) = read_part_header(&self.path)
+            && !quiet
+        {
+            let [first, end] = metadata.sample_range;
+            console::note(&format!(
+                "note: \"{path}\" holds {} samples a pixel of an earlier render; --resume would go on from it, and a checkpoint of this one will replace it",
+                end - first
+            ));
+        }
+        Ok(None)
+    }
+
+    /// Reads the film and where it stands, if it is of the render that `record` describes.
+    pub(super) fn read(&mut self, record: &mut Record) -> Result<(Film, Standing), Error> {
+        let (film, metadata) = read_part(&self.path)?;
+        if let Some(difference) = difference(&metadata, record.beginning()).or_else(|| portion(&metadata, record)) {
+            return Err(Error::Resume { path: self.path.clone(), difference });
+        }
+        let part = metadata.part.as_ref();
+        let standing = Standing {
+            first: metadata.sample_range[0] as u32,
+            next: metadata.sample_range[1] as u32,
+            batch: part.map_or(0, |part| part.next_batch),
+            pilot: part.and_then(|part| part.pilot),
+        };
+        record.after(&metadata);
+        self.ours = true;
+        Ok((film, standing))
+    }
+
+    /// Writes it. A failure is told at the end: the render itself goes on.
+    pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &Standing, counts: &Counts) {
+        let written = write_exr(&self.path, film, &record.metadata(film, standing, counts, true));
+        self.ours |= written.is_ok();
+        self.failure = written.err().map(|error| error.to_string());
+    }
+
+    /// Removes it, where it is of this render.
+    pub(super) fn remove(&self) {
+        if self.ours {
+            // Where that fails, what stays is out of date but intact.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// With `--integrator auto`, the method that the earlier run chose: another trial might choose otherwise.
+pub(super) fn method(method: &MethodArgs, earlier: &Metadata) -> Option<MethodArgs> {
+    let set = |name: &str| earlier.settings.get(name).and_then(|value| value.as_str());
+    let integrator = Integrator::from_str(set("integrator")?, false).ok().filter(|_| method.is_auto())?;
+    let directions = set("directions").and_then(|word| Directions::from_str(word, false).ok());
+    Some(MethodArgs { integrator, directions, ..method.clone() })
+}
+
+/// Whether another portion of the same render was asked for.
+fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
+    let crop = |m: &Metadata| m.crop.map_or("not set".to_owned(), |[a, b, c, d]| format!("{a},{b},{c},{d}"));
+    let samples = |m: &Metadata| {
+        let asked = m.part.as_ref().and_then(|part| part.asked_samples);
+        asked.map_or("not set".to_owned(), |[first, end]| format!("{first}..{end}"))
+    };
+    let of = |what: &str, value: &dyn Fn(&Metadata) -> String| {
+        let (first, second) = (value(earlier), value(record.beginning()));
+        (first != second).then(|| Difference { what: what.into(), first, second })
+    };
+    of("--crop", &crop).or_else(|| of("--samples", &samples))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_lies_beside_the_first_output() {
+        for (output, checkpoint) in [
+            ("a/b.v2.png", "a/b.v2.checkpoint.exr"),
+            ("c.exr", "c.checkpoint.exr"),
+            ("/x/y.exr", "/x/y.checkpoint.exr"),
+        ] {
+            let output = OutputPath { path: output.into(), format: Format::Exr };
+            assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
+
+use serde_json::{Map, Value, json};
+use surelight_film::{Film, Metadata, Part, Window};
+use surelight_render::{Counts, Device, Standing};
+
+use crate::args::RenderArgs;
+use crate::fingerprint;
+use crate::method::{MethodArgs, word};
+
+use super::prepare::Loaded;
+
+/// What is known of a render before its first sample; and what earlier runs of it did.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    /// Its metadata, but for samples.
+    base: Metadata,
+    /// What earlier runs of it did.
+    pub(super) before: Part,
+    dropped_before: u64,
+}
+
+impl Record {
+    pub(super) fn new(
+        args: &RenderArgs,
+        method: &MethodArgs,
+        loaded: &Loaded,
+        device: &Device,
+        kernel: &str,
+        window: Window,
+    ) -> Self {
+        let goal = args.stop.goal(std::time::Duration::ZERO);
+        let part = Part {
+            size: window.whole,
+            planned_samples: goal.spp.filter(|_| goal.precision.is_none()).map(u64::from),
+            asked_samples: args.parts.samples.map(|samples| samples.map(u64::from)),
+            kernel: fingerprint::of_text(kernel),
+            ..Part::default()
+        };
+        let base = Metadata {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene_hash: loaded.scene_hash.clone(),
+            settings: settings(args, method, loaded),
+            seed: args.seed.into(),
+            crop: (!window.is_all()).then(|| window.edges()),
+            device: device.info.name.clone(),
+            driver: device.info.driver.clone(),
+            biased: biased(args, method, loaded),
+            part: Some(part),
+            ..Metadata::default()
+        };
+        Self { base, before: Part::default(), dropped_before: 0 }
+    }
+
+    /// As a render that has just begun says it.
+    pub(super) fn beginning(&self) -> &Metadata {
+        &self.base
+    }
+
+    /// Goes on with what earlier runs did.
+    pub(super) fn after(&mut self, earlier: &Metadata) {
+        self.before = earlier.part.clone().unwrap_or_default();
+        self.dropped_before = earlier.dropped_samples;
+    }
+
+    /// Samples that were left out, in all runs.
+    pub(super) fn dropped(&self, counts: &Counts) -> u64 {
+        self.dropped_before + counts.dropped
+    }
+
+    /// Options in force that make the expected image another than the true one.
+    pub(super) fn biased(&self) -> &[String] {
+        &self.base.biased
+    }
+
+    /// What goes into a file; `part`: whether the render can go on from it, or it can be merged with others.
+    pub(super) fn metadata(&self, film: &Film, standing: &Standing, counts: &Counts, part: bool) -> Metadata {
+        let part = self.base.part.as_ref().filter(|_| part).map(|base| Part {
+            next_batch: standing.batch,
+            pilot: standing.pilot,
+            paths: self.before.paths + counts.paths,
+            rays: self.before.rays + counts.rays,
+            truncated: self.before.truncated + counts.truncated,
+            seconds: self.before.seconds + counts.trace_seconds,
+            ..base.clone()
+        });
+        Metadata {
+            sample_range: [standing.first.into(), standing.next.into()],
+            batches: film.degrees_of_freedom(0).round() as u32 + 1,
+            dropped_samples: self.dropped(counts),
+            part,
+            ..self.base.clone()
+        }
+    }
+}
+
+fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String> {
+    let integrator = method.bias(&loaded.scene);
+    let bounces = args.max_bounces.0.map(|n| format!("max-bounces {n}"));
+    let clamp = args.max_radiance.map(|x| format!("max-radiance {x}"));
+    integrator.into_iter().chain(bounces).chain(clamp).collect()
+}
+
+/// What shapes the picture, by the names of the options.
+fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Map<String, Value> {
+    let view = &loaded.view;
+    let camera = json!({
+        "name": view.camera.name,
+        "to_world": view.camera.to_world.to_cols_array(),
+        "projection": format!("{:?}", view.camera.projection),
+    });
+    let all = [
+        ("scene", json!(args.scene.display().to_string())),
+        ("width", json!(view.size.width)),
+        ("height", json!(view.size.height)),
+        ("max-bounces", args.max_bounces.0.map_or(json!("unlimited"), |n| json!(n))),
+        ("camera", camera),
+        ("aperture", json!(view.lens.map(|lens| lens.aperture))),
+        ("focus", json!(view.lens.map(|lens| lens.focus))),
+        ("env", json!(args.light.env.as_ref().map(|env| env.display().to_string()))),
+        ("env-rotate", json!(args.light.env_rotate)),
+        ("env-scale", json!(args.light.env_scale)),
+        ("sky", json!(loaded.sky())),
+        ("max-radiance", json!(args.max_radiance)),
+        ("integrator", json!(word(method.integrator))),
+        ("directions", json!(method.directions_in_force().map(word))),
+        ("sampler", json!(word(method.sampler))),
+        ("error", json!(args.stop.error)),
+        ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
+        ("bound", json!(args.stop.bound.map(word))),
+    ];
+    all.into_iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.to_owned(), value)).collect()
+}

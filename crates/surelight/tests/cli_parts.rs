@@ -1,0 +1,197 @@
+//! Renders in parts: however one is cut, interrupted or killed, the files are those of a single run, byte for byte.
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use common::{Folder, Ran, cornell_box};
+use surelight_film::read_exr;
+
+/// Renders the Cornell box without progress; the options come after.
+fn box_of(folder: &Folder, spp: u32, options: &str) -> Ran {
+    folder.run(&format!("{{box}} --size 37x29 --spp {spp} --quiet {options}"))
+}
+
+#[track_caller]
+fn same(folder: &Folder, a: &str, b: &str) {
+    assert!(fs::read(folder.path(a)).unwrap() == fs::read(folder.path(b)).unwrap(), "{a} and {b} differ");
+}
+
+#[test]
+fn four_slices_and_four_crops_merge_to_the_whole() {
+    let folder = Folder::new();
+    box_of(&folder, 100, "-o whole.exr -o whole.png --max-radiance 0.3 --eye 0.1,1,3 --target 0,1,0").succeeded();
+    let settings = "--max-radiance 0.3 --eye 0.1,1,3 --target 0,1,0";
+    for samples in ["0..24", "24..48", "48..72", "72..100"] {
+        box_of(&folder, 100, &format!("-o s{samples}.exr --samples {samples} {settings}")).succeeded();
+    }
+    let merged =
+        folder.run("merge s48..72.exr s0..24.exr s72..100.exr s24..48.exr -o m.exr -o m.png --json").succeeded();
+    let merged: serde_json::Value = serde_json::from_str(&merged.stdout).unwrap();
+    assert_eq!((&merged["spp"], &merged["parts"], &merged["missing"]), (&100.into(), &4.into(), &().into()));
+    same(&folder, "m.exr", "whole.exr");
+    same(&folder, "m.png", "whole.png");
+
+    // Neither as wide nor as high as blocks of 8.
+    for crop in ["0,0,20,13", "20,0,37,13", "0,13,3,29", "3,13,37,29"] {
+        box_of(&folder, 100, &format!("-o c{crop}.exr --crop {crop} {settings}")).succeeded();
+    }
+    folder.run("merge c0,0,20,13.exr c20,0,37,13.exr c0,13,3,29.exr c3,13,37,29.exr -o c.exr").succeeded();
+    same(&folder, "c.exr", "whole.exr");
+    let crop = read_exr(&folder.path("c3,13,37,29.exr")).unwrap();
+    assert_eq!((crop.width, crop.height, crop.position), (34, 16, [3, 13]));
+    assert!(crop.channels.contains_key("Albedo.R") && !crop.channels.contains_key("Moments.00"));
+}
+
+#[test]
+fn merge_tells_what_is_missing_and_refuses_what_does_not_belong() {
+    let folder = Folder::new();
+    for (name, spp, options) in [
+        ("a", 16, "--samples 0..4"),
+        ("b", 16, "--samples 4..10"),
+        ("c", 16, "--samples 10..16"),
+        ("seed", 16, "--samples 4..10 --seed 1"),
+        ("sampler", 16, "--samples 4..10 --sampler independent"),
+        ("spp", 17, "--samples 4..10"),
+        ("all", 16, ""),
+    ] {
+        box_of(&folder, spp, &format!("{options} -o {name}.exr")).succeeded();
+    }
+    let some = folder.run("merge a.exr b.exr -o ab.exr");
+    assert_eq!(some.code, Some(3), "{some:#?}");
+    assert!(some.stdout.contains("samples 10..16 of all pixels are missing"), "{some:#?}");
+    folder.run("merge c.exr ab.exr -o abc.exr").succeeded();
+    same(&folder, "abc.exr", "all.exr");
+
+    let files = folder.files();
+    folder.run("merge a.exr seed.exr -o x.exr").failed_with(&["a.exr", "seed.exr", "--seed is 0", "1 in the second"]);
+    folder.run("merge a.exr sampler.exr -o x.exr").failed_with(&["--sampler is sobol", "independent"]);
+    folder.run("merge a.exr spp.exr -o x.exr").failed_with(&["--spp is 16", "17"]);
+    folder.run("merge a.exr c.exr -o x.exr").failed_with(&["hole", "samples 4..10"]);
+    folder.run("merge ab.exr b.exr -o x.exr").failed_with(&["ab.exr", "b.exr", "4..10", "twice"]);
+    folder.run("merge all.exr -o x.exr").failed_with(&["all.exr", "no part"]);
+    folder.run("merge a.exr b.exr -o b.exr").failed_with(&["b.exr", "reads it"]);
+    let whole = fs::read(folder.path("b.exr")).unwrap();
+    fs::write(folder.path("cut.exr"), &whole[..whole.len() - 100]).unwrap();
+    folder.run("merge a.exr cut.exr -o x.exr").failed_with(&["cut.exr", "no intact EXR"]);
+    fs::remove_file(folder.path("cut.exr")).unwrap();
+    assert_eq!(folder.files(), files);
+}
+
+#[test]
+fn where_a_part_may_be_cut_is_told() {
+    let folder = Folder::new();
+    for (options, words) in [
+        ("--spp 1000 --samples 0..250", "224 and 256"),
+        ("--spp 64 --samples 3..8", "2 and 4"),
+        ("--spp 64 --samples 32..65", "beyond '--spp 64'"),
+        ("--samples 0..16", "--spp"),
+        ("--spp 64 --samples 0..16 -o a.png", ".exr"),
+    ] {
+        let ran = folder.run(&format!("{{box}} {options}"));
+        assert_eq!(ran.code, Some(2), "{ran:#?}");
+        assert!(ran.stderr.contains(words), "{ran:#?}");
+    }
+    folder.run("{box} --size 9x9 --crop 0,0,10,9").failed_with(&["region", "9x9"]);
+    assert!(folder.files().is_empty());
+}
+
+/// Starts a render that a signal ends while it traces, once it is `ready`, and returns its options: its image is as large as it takes
+/// for that to come in time. What it leaves is in the folder.
+#[cfg(unix)]
+fn stopped(folder: &Folder, options: &str, signal: &str, ready: impl Fn() -> bool) -> (String, Option<i32>) {
+    for size in ["40x30", "400x300", "1600x1200"] {
+        let options = format!("--size {size} -o a.exr {options}");
+        let mut child = folder
+            .command([cornell_box().as_os_str()])
+            .args(options.split(' '))
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        log.read_line(&mut line).unwrap();
+        assert!(line.contains("tracing"), "{line}");
+        let start = Instant::now();
+        while !ready() && child.try_wait().unwrap().is_none() {
+            assert!(start.elapsed() < Duration::from_secs(60), "nothing happens");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let _ =
+            std::process::Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status();
+        let code = child.wait().unwrap().code();
+        if folder.path("a.checkpoint.exr").exists() {
+            return (options, code);
+        }
+    }
+    panic!("the device is too fast for this test");
+}
+
+#[cfg(unix)]
+#[test]
+fn killed_renders_go_on_to_the_same_bytes() {
+    // With a precision, what the pilot found has to be kept, too.
+    for goal in ["--spp 256", "--error 12%"] {
+        let folder = Folder::new();
+        let checkpoint = folder.path("a.checkpoint.exr");
+        let (options, code) = stopped(&folder, &format!("{goal} --checkpoint 1ms"), "-KILL", || checkpoint.exists());
+        assert_eq!((code, folder.files().len()), (None, 1), "{:?}", folder.files());
+        let resumed = folder.run(&format!("{{box}} {options} --resume --json")).succeeded();
+        let summary: serde_json::Value = serde_json::from_str(&resumed.stdout).unwrap();
+        assert!(summary["resumed_spp"].as_u64() > Some(0) && summary["checkpoint"].is_null(), "{summary}");
+        assert_eq!(folder.files(), ["a.exr"]);
+        folder.run(&format!("{{box}} {options} -o whole.exr").replace("-o a.exr ", "")).succeeded();
+        same(&folder, "a.exr", "whole.exr");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_renders_go_on_and_refuse_what_differs() {
+    let folder = Folder::new();
+    // Ctrl-C takes effect once there is a sample, however early it comes.
+    let (options, code) = stopped(&folder, "--spp 256", "-INT", || true);
+    assert_eq!(code, Some(3));
+    assert_eq!(folder.files(), ["a.checkpoint.exr", "a.exr"]);
+    let kept = fs::read(folder.path("a.checkpoint.exr")).unwrap();
+
+    for (line, words) in [
+        ("{box} OPTIONS --resume --seed 1", ["--seed is 0 there", "1 here"]),
+        ("{box} OPTIONS --resume --max-bounces 2", ["--max-bounces is unlimited", "2 here"]),
+        ("{box} OPTIONS --resume --crop 0,0,9,9", ["--crop is not set", "0,0,9,9"]),
+        ("{box} OPTIONS --resume --samples 0..16", ["--samples is not set", "0..16"]),
+        ("{other} OPTIONS --resume", ["scene", "hash"]),
+    ] {
+        let other = cornell_box().with_file_name("furnace.glb").display().to_string();
+        let ran = folder.run(&line.replace("OPTIONS", &options).replace("{other}", &other));
+        ran.failed_with(&["a.checkpoint.exr", words[0], words[1]]);
+    }
+    for length in [0, 100, kept.len() / 2, kept.len() - 1] {
+        fs::write(folder.path("a.checkpoint.exr"), &kept[..length]).unwrap();
+        folder.run(&format!("{{box}} {options} --resume")).failed_with(&["a.checkpoint.exr", "no intact EXR"]);
+    }
+    fs::write(folder.path("a.checkpoint.exr"), &kept).unwrap();
+
+    folder.run(&format!("{{box}} {options} --resume")).succeeded();
+    assert_eq!(folder.files(), ["a.exr"]);
+    folder.run(&format!("{{box}} {options} -o whole.exr").replace("-o a.exr ", "")).succeeded();
+    same(&folder, "a.exr", "whole.exr");
+}
+
+#[test]
+fn checkpoints_of_other_renders_are_told_and_left_alone() {
+    let folder = Folder::new();
+    // A checkpoint has the form of a part.
+    box_of(&folder, 16, "--samples 0..4 -o a.checkpoint.exr").succeeded();
+    let before = fs::read(folder.path("a.checkpoint.exr")).unwrap();
+    let ran = folder.run("{box} --size 9x9 --spp 2 -o a.exr").succeeded();
+    assert!(ran.stderr.contains("a.checkpoint.exr\" holds 4 samples") && ran.stderr.contains("--resume"), "{ran:#?}");
+    assert!(fs::read(folder.path("a.checkpoint.exr")).unwrap() == before);
+    // Without one, a render that is to be resumed begins: a script may always say --resume.
+    let ran = folder.run("{box} --size 9x9 --spp 2 -o b.exr --resume").succeeded();
+    assert!(ran.stderr.contains("no checkpoint \"b.checkpoint.exr\""), "{ran:#?}");
+}
