@@ -1,7 +1,7 @@
 //! Axis-aligned boxes in f32, rounded outward wherever they are computed rather than copied.
 
 use glam::{DAffine3, DVec3, Vec3, Vec3A};
-use obvhs::aabb::Aabb;
+use obvhs::{aabb::Aabb, bvh2::node::Bvh2Node};
 
 /// A closed axis-aligned box. Empty when `lo > hi` on some axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,11 @@ fn down(v: Vec3) -> Vec3 {
 
 fn up(v: Vec3) -> Vec3 {
     Vec3::new(v.x.next_up(), v.y.next_up(), v.z.next_up())
+}
+
+/// Bounds of a node of the tree that obvhs builds.
+pub(crate) fn bounds_of(node: &Bvh2Node) -> Bounds {
+    Bounds { lo: node.min, hi: node.max }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use obvhs::bvh2::node::Bvh2Node;
 
-use crate::forest::bounds_of;
+use crate::bounds::bounds_of;
 
 /// How to open each node of a binary tree.
 pub(crate) struct Opening {

@@ -1,11 +1,13 @@
 //! The trees of a scene before they are flattened: one at the top, one for each mesh that is placed as instances.
 
 use glam::{DMat3, DVec3, Vec3A};
-use obvhs::{aabb::Aabb, bvh2::node::Bvh2Node, splits::split_aabbs_preset};
+use obvhs::{aabb::Aabb, splits::split_aabbs_preset};
 use rayon::prelude::*;
 
 use crate::{
-    AccelError, Bounds, BuildOptions, Layout, MOST_STACK, Quality, item,
+    AccelError, Bounds, BuildOptions, Layout, MOST_STACK, Quality,
+    bounds::bounds_of,
+    item,
     placement::{Placed, Placement, Soup},
     tree::{self, Effort, Tree},
     wide,
@@ -81,10 +83,6 @@ impl Forest {
     pub(crate) fn bounds(&self) -> Bounds {
         self.top.nodes.first().map_or(Bounds::EMPTY, bounds_of)
     }
-}
-
-pub(crate) fn bounds_of(node: &Bvh2Node) -> Bounds {
-    Bounds { lo: node.min, hi: node.max }
 }
 
 /// What a tree is built over: box k belongs to primitive `indices[k]`.

@@ -39,8 +39,10 @@ mod collapse;
 mod error;
 mod flatten;
 mod forest;
+mod options;
 mod pairing;
 mod placement;
+mod records;
 mod runs;
 mod topdown;
 mod tree;
@@ -48,14 +50,15 @@ mod triangle;
 mod walk;
 mod walk_wide;
 
-pub use accel::{
-    Accel, BuildOptions, InstanceRecord, Instancing, Layout, Quality, Skipped, Statistics, TriangleSource,
-};
+pub use accel::{Accel, Statistics};
 pub use bounds::Bounds;
 pub use error::AccelError;
 pub use item::Item;
+pub use options::{BuildOptions, Instancing, Layout, Quality};
+pub use records::{InstanceRecord, Skipped, TriangleSource};
+pub use tree::MOST_STACK;
 pub use triangle::COORDINATE_LIMIT;
-pub use walk::{Hit, LEAST_DIRECTION, MOST_STACK, Ray, SLAB_PADDING, SUM_SLACK, safe_reciprocal};
+pub use walk::{Hit, LEAST_DIRECTION, Ray, SLAB_PADDING, SUM_SLACK, safe_reciprocal};
 
 /// [`TriangleSource::instance`] of a triangle whose mesh is placed as instances.
 pub const NO_INSTANCE: u32 = u32::MAX;

@@ -15,7 +15,10 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use crate::{Layout, MOST_STACK, Quality, collapse::Opening, forest::bounds_of, runs::degenerate_runs, topdown};
+use crate::{Layout, Quality, bounds::bounds_of, collapse::Opening, runs::degenerate_runs, topdown};
+
+/// Stack entries that a walk must have room for.
+pub const MOST_STACK: u32 = 62;
 
 /// Below this extent box areas underflow, which leaves the clustering builder nothing to compare.
 const LEAST_EXTENT: f32 = 1e-15;

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::{
     Accel, Bounds, Item, Layout,
     item::{TAG_NODE, TAG_TRIANGLE},
+    tree::MOST_STACK,
 };
 
 /// Factor on the far distance of a slab test, 1 + 2^-20; see the crate's documentation.
@@ -13,8 +14,6 @@ pub const SLAB_PADDING: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 pub const LEAST_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
 /// What the sum of two barycentric weights and its comparison with 1 may be off by: 2^-22.
 pub const SUM_SLACK: f32 = 1.0 / (1 << 22) as f32;
-/// Stack entries that a walk must have room for.
-pub const MOST_STACK: u32 = 62;
 
 /// Marks on the stack where an instance was entered. No item has this index.
 pub(crate) const LEAVE_INSTANCE: u32 = u32::MAX;

@@ -37,6 +37,9 @@ const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
 const LEAST_BUDGET: u32 = 64;
 const MOST_BUDGET: u32 = 4096;
 
+/// Rays of a pixel that albedo and normal are averaged over.
+const FEATURE_SAMPLES: u32 = 16;
+
 /// What has been done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
@@ -333,23 +336,26 @@ impl<'a> Renderer<'a> {
         device.read(&self.readback, size, |bytes| bytemuck::pod_collect_to_vec(bytes))
     }
 
-    /// Albedo, normal and depth of first hits.
-    pub fn trace_features(&self, film: &mut Film) -> Result<(), RenderError> {
+    /// Albedo and normal of first hits, averaged over a pixel, and depth through its centre.
+    pub fn trace_features(&mut self, film: &mut Film) -> Result<(), RenderError> {
         let window = film.window();
         let count = film.pixels().len();
         let mut all =
             FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
         for tile in self.tiles_of(film)? {
-            let pass = Pass { restart: 1, samples: 1, ..self.pass_of(&tile) };
-            self.run(&pass, &self.feature_kernel)?;
+            let pass = Pass { samples: FEATURE_SAMPLES, ..self.pass_of(&tile) };
+            for i in 0..=FEATURE_SAMPLES {
+                let ray = Pass { first_batch: i, restart: u32::from(i == 0), ..pass };
+                self.counts.truncated += u64::from(self.run(&ray, &self.feature_kernel)?.truncated);
+            }
             let records: Vec<FeaturePixel> =
                 self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
             for (pixel, r) in tile.pixels(pass.lanes, &window).into_iter().zip(records) {
                 if pixel != u32::MAX {
                     let i = pixel as usize;
-                    all.albedo[i] = r.albedo;
+                    all.albedo[i] = r.albedo.map(|sum| sum / FEATURE_SAMPLES as f32);
                     all.depth[i] = r.depth;
-                    all.normal[i] = r.normal;
+                    all.normal[i] = r.normal.map(|sum| sum / FEATURE_SAMPLES as f32);
                 }
             }
         }

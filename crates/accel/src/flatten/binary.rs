@@ -2,11 +2,12 @@
 
 use crate::{
     Bounds, Item,
-    accel::rows,
+    bounds::bounds_of,
     flatten::Flat,
-    forest::{Forest, bounds_of},
+    forest::Forest,
     item::MORE,
     placement::{Placed, Soup},
+    records::rows,
     tree::Tree,
 };
 

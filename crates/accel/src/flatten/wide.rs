@@ -4,12 +4,13 @@ use glam::Vec3;
 
 use crate::{
     Bounds, Item,
-    accel::rows,
+    bounds::bounds_of,
     collapse::Opening,
     flatten::Flat,
-    forest::{Forest, bounds_of},
+    forest::Forest,
     pairing::ALONE,
     placement::{Placed, Soup},
+    records::rows,
     tree::Tree,
     wide,
 };

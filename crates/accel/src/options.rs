@@ -1,0 +1,47 @@
+//! Choices of a build.
+
+/// How much time goes into the trees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// Least build time.
+    Fast,
+    /// A little more build time for most of the quality.
+    #[default]
+    Medium,
+    /// Several times the build time; large triangles are split, in the binary layout only.
+    Slow,
+}
+
+/// Which meshes are placed as instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Instancing {
+    /// A mesh of at least 64 triangles placed at least twice, whose copies would come to 4096 triangles or more. A
+    /// placement whose matrix is singular or whose condition number is above some 1e4 is copied all the same.
+    #[default]
+    Auto,
+    /// None: everything is copied.
+    Never,
+    /// All that can be inverted; for tests.
+    Always,
+}
+
+/// Which format the items have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Two boxes a node, one triangle an item: [`crate::item`].
+    #[default]
+    Binary,
+    /// Four boxes a node in 8 bits a side, two triangles an item: [`crate::wide`].
+    Wide,
+}
+
+/// Choices of [`crate::Accel::build`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// How much time goes into the trees.
+    pub quality: Quality,
+    /// Which meshes are placed as instances.
+    pub instancing: Instancing,
+    /// Which format the items have.
+    pub layout: Layout,
+}
