@@ -29,14 +29,17 @@ pub(super) fn pictures(html: &mut String, folder: &Path, scene: &SceneData) {
         let map = image(&folder.join(format!("{file}-error.png")), &format!("Errors of {}", method.name));
         let last = scene.rows_of(index).filter(|r| r.repeat == 0).last();
         let (Some(shown), Some(map), Some(row)) = (shown, map, last) else { continue };
-        let error = row.rel_rmse().map_or("an error below the reference's".into(), |e| format!("error {}", percent(e)));
+        let error = row.rel_rmse().map_or("an error below the reference's".into(), |e| {
+            // Numbers stay with their units.
+            format!("error {}", percent(e).replace(' ', "\u{a0}"))
+        });
         let _ = writeln!(
             html,
             "<figure><div class=\"pair\">{shown}{map}</div><figcaption>{}{}: {} samples a pixel, {}, {error}</figcaption></figure>",
             escape(&method.name),
             if method.biased.is_some() { " (biased)" } else { "" },
             row.spp,
-            seconds(row.seconds(scene.clock))
+            seconds(row.seconds(scene.clock)).replace(' ', "\u{a0}")
         );
     }
     *html += "</div>\n";

@@ -32,12 +32,13 @@ pub(super) fn seconds(x: f64) -> String {
     if x >= 120.0 { format!("{:.1} min", x / 60.0) } else { format!("{} s", short(x)) }
 }
 
-/// "4.2 × (3.9 to 4.6)".
+/// "4.2 × (3.9 to 4.6)"; near 1, where a few percent matter, with two decimals.
 pub(crate) fn factor(interval: &Interval) -> String {
+    let one = |x: f64| if (0.5..2.0).contains(&x) { format!("{x:.2}") } else { short(x) };
     if interval.low > 0.0 && interval.high.is_finite() && interval.high / interval.low < 1e6 {
-        format!("{} × ({} to {})", short(interval.value), short(interval.low), short(interval.high))
+        format!("{} × ({} to {})", one(interval.value), one(interval.low), one(interval.high))
     } else {
-        format!("{} ×", short(interval.value))
+        format!("{} ×", one(interval.value))
     }
 }
 
@@ -72,6 +73,7 @@ mod tests {
             ("3.1 s".into(), "0.012 s".into(), "5.0 min".into())
         );
         assert_eq!(factor(&Interval { value: 4.2, low: 3.9, high: 4.6 }), "4.2 × (3.9 to 4.6)");
+        assert_eq!(factor(&Interval { value: 1.12, low: 0.9, high: 3.0 }), "1.12 × (0.90 to 3.0)");
         assert_eq!(plus_minus(&Interval { value: -0.512, low: -0.54, high: -0.484 }), "−0.512 ± 0.028");
         assert_eq!(
             (short(1234.5), short(0.0), short(0.9997), bytes(3 << 20)),
