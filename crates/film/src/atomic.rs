@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::WriteError;
 use crate::error::io_cause;
 
+/// What the names of files end in that are being written.
+const SUFFIX: &str = ".part";
+
 /// Writes `bytes` to `path`: into a new file beside it, synchronised to disk, then renamed over it.
 ///
 /// On failure the target is as it was and nothing is left beside it. A link is followed, so that
@@ -39,6 +42,21 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_beside(&target, &folder, &name.to_string_lossy(), bytes).map_err(|error| fail(io_cause(&error)))
 }
 
+/// Removes what programs left that were killed while they wrote to `path`. No other program may be writing to it now.
+pub fn remove_leftovers(path: &Path) {
+    let Some(name) = path.file_name() else { return };
+    let prefix = format!(".{}.", name.to_string_lossy());
+    let Ok(entries) = fs::read_dir(folder_of(path)) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(&prefix) && name.ends_with(SUFFIX) {
+            // One that cannot be removed harms nobody.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 fn folder_of(target: &Path) -> PathBuf {
     match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
@@ -49,7 +67,7 @@ fn folder_of(target: &Path) -> PathBuf {
 fn write_beside(target: &Path, folder: &Path, name: &str, bytes: &[u8]) -> io::Result<()> {
     let prefix = format!(".{name}.");
     let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix).suffix(".part");
+    builder.prefix(&prefix).suffix(SUFFIX);
     // A temporary file is private by default; an image is an ordinary file under the user's umask.
     #[cfg(unix)]
     let builder = builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(existing_mode(target)));
@@ -107,6 +125,16 @@ mod tests {
         write_file(&path, b"two").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"two");
         assert_eq!(entries(folder.path()), ["image.exr"]);
+    }
+
+    #[test]
+    fn leftovers_of_one_target_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["image.exr", ".image.exr.x7.part", ".image.exr.part.txt", ".other.exr.x7.part"] {
+            fs::write(folder.path().join(name), b"").unwrap();
+        }
+        remove_leftovers(&folder.path().join("image.exr"));
+        assert_eq!(entries(folder.path()), [".image.exr.part.txt", ".other.exr.x7.part", "image.exr"]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::{Features, Film, Metadata, PixelMoments, ReadError, Window};
 /// Values (pixels times channels) beyond which a file is refused: 16 GiB, 60 million pixels.
 const MAX_VALUES: u64 = 1 << 32;
 
-const NO_PART: &str = "it is no part of a render, which --samples, --crop and checkpoints make";
+const NO_PART: &str = "it is no part of a render (--samples, --crop with --spp, and checkpoints make these)";
 
 /// Reads what a part says of itself, and where it lies, without its pixels.
 ///

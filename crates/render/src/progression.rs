@@ -14,6 +14,9 @@ use crate::{
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
 const SHORT: f64 = 2.0;
 
+/// Of the time, what saving the film may take.
+const SAVING: f64 = 0.05;
+
 /// Of the time so far, what an interrupted pass may lose.
 const LOSS: f64 = 0.125;
 
@@ -54,7 +57,7 @@ pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
 /// Saves the film while it grows.
 pub struct Keeper<'a> {
-    /// How often; a batch that takes longer is finished first.
+    /// How often: a batch that takes longer is finished first, and it may take 5 % of the time, so a large film is saved less often.
     pub every: Duration,
     /// Is given the film, where the render stands, and the counts.
     pub keep: &'a mut dyn FnMut(&Film, &Standing, &Counts),
@@ -120,8 +123,10 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
             && !self.pilot
             && self.kept.elapsed() >= keeper.every
         {
+            let began = Instant::now();
             (keeper.keep)(film, &standing, &self.renderer.counts);
             self.kept = Instant::now();
+            keeper.every = keeper.every.max(began.elapsed().div_f64(SAVING));
         }
     }
 

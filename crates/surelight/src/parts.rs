@@ -27,7 +27,8 @@ pub(crate) struct PartArgs {
     #[arg(long)]
     pub(crate) resume: bool,
 
-    /// How often to save a checkpoint beside the first output, as NAME.checkpoint.exr
+    /// How often to save a checkpoint beside the first output, as NAME.checkpoint.exr; less often where that would take more
+    /// than 5 % of the time
     #[arg(long, value_name = "TIME", value_parser = value::duration, default_value = "60s")]
     pub(crate) checkpoint: Duration,
 }

@@ -139,7 +139,7 @@ fn killed_renders_go_on_to_the_same_bytes() {
         let folder = Folder::new();
         let checkpoint = folder.path("a.checkpoint.exr");
         let (options, code) = stopped(&folder, &format!("{goal} --checkpoint 1ms"), "-KILL", || checkpoint.exists());
-        assert_eq!((code, folder.files().len()), (None, 1), "{:?}", folder.files());
+        assert_eq!((code, folder.path("a.exr").exists()), (None, false));
         let resumed = folder.run(&format!("{{box}} {options} --resume --json")).succeeded();
         let summary: serde_json::Value = serde_json::from_str(&resumed.stdout).unwrap();
         assert!(summary["resumed_spp"].as_u64() > Some(0) && summary["checkpoint"].is_null(), "{summary}");

@@ -6,7 +6,9 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use surelight_film::{Difference, Film, Metadata, difference, read_part, read_part_header, write_exr};
+use surelight_film::{
+    Difference, Film, Metadata, difference, read_part, read_part_header, remove_leftovers, write_exr,
+};
 use surelight_render::{Counts, Standing};
 
 use crate::console;
@@ -47,13 +49,16 @@ impl Checkpoint {
 
     /// Finds out before anything else whether there is a checkpoint to go on from, and tells what is not as the user may expect.
     pub(super) fn look(&self, resume: bool, quiet: bool) -> Result<Option<Metadata>, Error> {
+        if resume {
+            remove_leftovers(&self.path); // of a run that was killed while it saved
+        }
         if resume && self.path.exists() {
             let (metadata, _) = read_part_header(&self.path)?;
             return Ok(Some(metadata));
         }
         let path = self.path.display();
         if resume && !quiet {
-            console::note(&format!("there is no checkpoint \"{path}\": the render begins anew"));
+            console::note(&format!("note: there is no checkpoint \"{path}\", so the render begins anew"));
         } else if let Ok((metadata, _)) = read_part_header(&self.path)
             && !quiet
         {
@@ -125,6 +130,7 @@ fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::method::Sampler;
 
     #[test]
     fn it_lies_beside_the_first_output() {
@@ -136,5 +142,18 @@ mod tests {
             let output = OutputPath { path: output.into(), format: Format::Exr };
             assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
         }
+    }
+
+    #[test]
+    fn an_automatic_choice_is_kept() {
+        let asked = |integrator| MethodArgs { integrator, directions: None, sampler: Sampler::Sobol };
+        let mut earlier = Metadata::default();
+        assert!(method(&asked(Integrator::Auto), &earlier).is_none());
+        for (name, word) in [("integrator", "hemisphere"), ("directions", "cosine")] {
+            earlier.settings.insert(name.into(), word.into());
+        }
+        let chosen = method(&asked(Integrator::Auto), &earlier).unwrap();
+        assert_eq!((chosen.integrator, chosen.directions), (Integrator::Hemisphere, Some(Directions::Cosine)));
+        assert!(method(&asked(Integrator::Mis), &earlier).is_none());
     }
 }
