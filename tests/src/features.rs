@@ -8,7 +8,7 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 34] = [
+const IMPLIED: [(&str, &[&str]); 35] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -21,6 +21,7 @@ const IMPLIED: [(&str, &[&str]); 34] = [
     ("delta_lobes", &["ggx"]),
     ("transmission", &["ggx"]),
     ("volume", &["transmission", "ggx"]),
+    ("nested", &["volume", "transmission", "ggx"]),
     ("dispersion", &["transmission", "ggx"]),
     ("diffuse_transmission", &["transmission", "ggx"]),
     ("anisotropy", &["ggx", "tangents"]),

@@ -129,7 +129,8 @@ pub fn with_everything(mut scene: Scene) -> Scene {
     let sphere = scene.meshes.len() - 1;
     for k in 0..2 {
         let matrix3 = DMat3::from_diagonal(DVec3::new(1.0, -0.5, 0.7) * 1e-3 * size);
-        let translation = at + DVec3::X * f64::from(k) * 3e-3 * size;
+        // They overlap, as volumes may.
+        let translation = at + DVec3::X * f64::from(k) * 1.5e-3 * size;
         scene.instances.push(Instance { mesh: sphere, to_world: DAffine3 { matrix3, translation } });
     }
     let card = Shape::parallelogram(at + DVec3::Y * 5e-3 * size, DVec3::X * 1e-4 * size, DVec3::Z * 1e-4 * size);

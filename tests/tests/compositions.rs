@@ -60,7 +60,8 @@ const BINDINGS: [(&str, &[&str]); 8] = [
 ];
 
 /// Words that only a kernel with the feature may hold: in functions, records and variables.
-const ABSENT: [(&[&str], &str); 7] = [
+const ABSENT: [(&[&str], &str); 8] = [
+    (&["media"], "nested"),
     (&["etas", "ior_spread"], "dispersion"),
     (&["sheen"], "sheen"),
     (&["coat"], "clearcoat"),

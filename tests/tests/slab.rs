@@ -96,3 +96,103 @@ fn mirrors() {
         }
     }
 }
+
+/// Transmittance and reflectance of a stack of interfaces, incoherently: each adds to what stands before it.
+fn stack(layers: &[(f64, f64)]) -> (f64, f64) {
+    // Of the stack so far: transmittance, reflectance from the front and from the back.
+    let (mut t, mut front, mut back) = (1.0, 0.0, 0.0);
+    let mut before: f64 = 1.0;
+    for &(ior, through) in layers.iter().chain(&[(1.0, 1.0)]) {
+        let r = ((ior - before) / (ior + before)).powi(2);
+        let series = 1.0 / (1.0 - back * r);
+        front += t * t * r * series;
+        back = r + (1.0 - r) * (1.0 - r) * back * series;
+        t *= (1.0 - r) * series;
+        // Then through the layer.
+        t *= through;
+        back *= through * through;
+        before = ior;
+    }
+    (t, front)
+}
+
+fn volume(ior: f32, per_metre: f32) -> Material {
+    let distance = if per_metre < 1.0 { 1.0 } else { f32::INFINITY };
+    Material { ior, ..glass(Volume { attenuation_distance: distance, attenuation_color: [per_metre; 3] }) }
+}
+
+/// The lamps of a slab's scene, with these blocks between them: from and to in z, and a material each. Half-widths fall, so that the
+/// later block is the smaller.
+fn blocks(all: &[(f64, f64, Material)]) -> Scene {
+    let mut scene = probes::slab(1.5, 1.0, 1.0);
+    scene.instances.remove(0);
+    for (k, (from, to, material)) in all.iter().enumerate() {
+        let half = 60.0 - 5.0 * k as f64;
+        add(&mut scene, Shape::cuboid(DVec3::new(-half, -half, *from), DVec3::new(half, half, *to)), material.clone());
+    }
+    scene
+}
+
+/// Volumes within volumes, overlapping, and of one medium, by closed form; rays come from z = 2 downwards.
+#[test]
+fn nested_volumes() {
+    let (water, ice) = (volume(1.33, 0.8), volume(1.8, 0.6));
+    let same = volume(1.5, 0.7);
+    let power = |base: f64, length: f64| base.powf(length);
+    let cases = [
+        // Ice wholly inside water: four interfaces, two of them against water.
+        (
+            "ice in water",
+            blocks(&[(-1.0, 1.0, water.clone()), (-0.3, 0.2, ice.clone())]),
+            stack(&[(1.33, power(0.8, 0.8)), (1.8, power(0.6, 0.5)), (1.33, power(0.8, 0.7))]),
+        ),
+        // Ice that sticks out of the water below: where both are, it is ice.
+        (
+            "overlapping",
+            blocks(&[(-0.5, 1.0, water), (-1.0, 0.2, ice)]),
+            stack(&[(1.33, power(0.8, 0.8)), (1.8, power(0.6, 1.2))]),
+        ),
+        // Two blocks of one material are one block.
+        (
+            "joined",
+            {
+                let mut scene = blocks(&[(-0.5, 1.0, same.clone()), (-1.0, 0.2, same)]);
+                let first = scene.meshes[scene.instances[scene.instances.len() - 2].mesh].material;
+                let last = scene.instances.last().expect("two blocks").mesh;
+                scene.meshes[last].material = first;
+                scene
+            },
+            stack(&[(1.5, power(0.7, 2.0))]),
+        ),
+        // Air in glass: an index of 1 within one of 1.5.
+        (
+            "bubble",
+            blocks(&[(-1.0, 1.0, volume(1.5, 1.0)), (-0.3, 0.2, volume(1.0, 1.0))]),
+            stack(&[(1.5, 1.0), (1.0, 1.0), (1.5, 1.0)]),
+        ),
+    ];
+    let count = cases.len();
+    for (name, scene, (t, r)) in cases {
+        let film = render(&scene, &Settings::new(32, 32), 16, 32);
+        Judge::of(count, 0.05).mean(name, &film, [t, r, t + r]);
+    }
+}
+
+/// An index of 1, none at all and attenuation at both ends of f32: no sample is lost (`render` would fail), and what is left is
+/// light or darkness.
+#[test]
+fn extreme_media_stay_finite() {
+    let film = |distance: f32, color: [f32; 3], ior: f32| {
+        let material = Material { ior, ..glass(Volume { attenuation_distance: distance, attenuation_color: color }) };
+        let block = blocks(&[(-1.0, 1.0, material.clone()), (-0.5, 0.5, material)]);
+        render(&block, &Settings::new(8, 8), 4, 8)
+    };
+    for ior in [1.0, 1.000_001, 1.5, 1e6] {
+        let dark = film(f32::MIN_POSITIVE, [0.0; 3], ior);
+        assert!(all(&dark).all(|i| dark.mean(i)[0] == 0.0), "light comes through black at index {ior}");
+        let clear = film(f32::MAX, [0.0; 3], ior);
+        let exact = 1.0 - ((f64::from(ior) - 1.0) / (f64::from(ior) + 1.0)).powi(2);
+        let mean = all(&clear).map(|i| clear.mean(i)[2]).sum::<f64>() / 64.0;
+        assert!((mean - 1.0).abs() < 0.05 || exact < 0.01, "{mean} at index {ior}");
+    }
+}

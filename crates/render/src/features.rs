@@ -100,6 +100,8 @@ features! {
     clearcoat,
     /// Absorbing media inside closed meshes.
     volume,
+    /// Volumes within one another, or overlapping.
+    nested,
     /// Unlit materials.
     unlit,
     /// Some surface emits light.

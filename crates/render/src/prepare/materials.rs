@@ -15,6 +15,8 @@ const FLAG_NOT_OPAQUE: u32 = 8;
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub(crate) material: Material,
+    /// The medium's rank above the material's index, where volumes are nested; 0: none.
+    pub(crate) medium: u32,
     /// Indices of texture uses, by slot.
     textures: [u32; Slot::ALL.len()],
 }
@@ -26,7 +28,7 @@ impl PreparedMaterial {
             let (wanted, reference, srgb) = slot.of(material);
             textures.add(scene, if wanted { reference } else { None }, srgb)
         });
-        Self { material: material.clone(), textures: used }
+        Self { material: material.clone(), medium: 0, textures: used }
     }
 
     pub(crate) fn has(&self, slot: Slot) -> bool {
@@ -103,7 +105,8 @@ fn extinction(volume: Option<Volume>) -> [f32; 3] {
     match volume {
         Some(v) if v.attenuation_distance.is_finite() && v.attenuation_distance > 0.0 => {
             // Black would be ∞, and ∞ · 0 NaN: 1e-6 of the light is as good as none.
-            v.attenuation_color.map(|c| -c.clamp(1e-6, 1.0).ln() / v.attenuation_distance)
+            // Nor may the shortest distance make it infinite.
+            v.attenuation_color.map(|c| (-c.clamp(1e-6, 1.0).ln() / v.attenuation_distance).min(1e30))
         }
         _ => [0.0; 3],
     }
@@ -147,6 +150,7 @@ fn write_records<'a>(materials: &[PreparedMaterial], layout: &'a RecordLayout) -
         w.put("ior", if m.ior == 0.0 { 1.5 } else { m.ior });
         w.put("ior_spread", if is_dispersive(m) { ior_spread(m) } else { 0.0 });
         w.put("extinction", extinction(m.volume));
+        w.put("medium", p.medium);
         w.put("coat", m.clearcoat.factor);
         w.put("coat_roughness", m.clearcoat.roughness);
         w.put("coat_normal_scale", m.clearcoat.normal_texture.as_ref().map_or(1.0, |n| n.scale));

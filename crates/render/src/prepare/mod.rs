@@ -6,6 +6,7 @@ mod environment;
 mod instances;
 mod lights;
 mod materials;
+mod media;
 mod sheen;
 mod slots;
 mod textures;
@@ -158,7 +159,7 @@ impl Prepared {
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
         let mut textures = Textures::default();
         let unused = surelight_scene::Material { unlit: true, ..Default::default() };
-        let materials: Vec<_> = (0..scene.materials.len())
+        let mut materials: Vec<_> = (0..scene.materials.len())
             .map(|i| {
                 PreparedMaterial::new(
                     scene,
@@ -167,6 +168,12 @@ impl Prepared {
                 )
             })
             .collect();
+
+        let media = media::rank(scene);
+        let nested = !media.is_empty();
+        for (material, medium) in materials.iter_mut().zip(media) {
+            material.medium = medium;
+        }
 
         let mut view = View::new(camera, settings, accel.origin);
         let environment = match &scene.environment {
@@ -196,6 +203,8 @@ impl Prepared {
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
         let mut features = decide(scene, camera, settings, &used_materials, &lights, environment.is_some());
         features.instances = !accel.instances.is_empty();
+        features.nested = nested;
+        features.volume |= nested;
         let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
         let layout = AttributeLayout::new(&features, uv_sets);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_weights);

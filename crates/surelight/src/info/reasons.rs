@@ -43,6 +43,7 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
         "sheen" => materials(|m| m.sheen.color.iter().any(|&c| c > 0.0)),
         "clearcoat" => materials(|m| m.clearcoat.factor > 0.0),
         "volume" => materials(|m| m.volume.is_some()),
+        "nested" => materials(|m| m.volume.is_some() && (m.transmission > 0.0 || m.diffuse_transmission.factor > 0.0)),
         "unlit" => materials(|m| m.unlit),
         "emission" | "area_lights" => materials(Material::is_emissive),
         "instances" => {
