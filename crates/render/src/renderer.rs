@@ -21,8 +21,9 @@ use crate::{
 pub(crate) const PATH_KERNEL: &str = "package::kernel::path";
 const FEATURE_KERNEL: &str = "package::kernel::features";
 
-/// Lanes traced at once. CPU drivers need few, and short dispatches; GPUs need many.
-const CPU_LANES: u32 = 1 << 15;
+/// Lanes traced at once. GPUs need many. CPU drivers need few: the more there are, the fewer samples each has in a dispatch of
+/// a given length, and the more often their states are read and written.
+const CPU_LANES_A_THREAD: u32 = 1 << 11;
 const GPU_LANES: u32 = 1 << 20;
 
 /// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
@@ -98,7 +99,7 @@ impl<'a> Renderer<'a> {
 
     /// Likewise, choosing whether accesses are checked.
     pub fn with_checks(device: &'a Device, prepared: &Prepared, checks: Checks) -> Result<Self, RenderError> {
-        Self::build(device, prepared, checks, if device.info.is_cpu { CPU_LANES } else { GPU_LANES })
+        Self::build(device, prepared, checks, usual_lanes(device))
     }
 
     /// Likewise, choosing about how many lanes are traced at once: one row of 8×8 blocks at least. The picture is the same.
@@ -361,6 +362,10 @@ impl<'a> Renderer<'a> {
         }
         film.set_features(all).map_err(|e| RenderError::LostWork { message: e.to_string() })
     }
+}
+
+fn usual_lanes(device: &Device) -> u32 {
+    if device.info.is_cpu { CPU_LANES_A_THREAD.saturating_mul(cpu_threads()) } else { GPU_LANES }
 }
 
 /// Threads of a CPU driver: it makes one for each core.
