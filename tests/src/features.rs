@@ -55,7 +55,7 @@ const ALTERNATIVES: [&[&str]; 5] = [
     &["orthographic", "lens", "receiver"],
     &["", "hemisphere", "area", "whitted"],
     &["", "directions_uniform", "directions_cosine"],
-    &["", "sampler_independent", "sampler_stratified"],
+    &["", "sampler_independent", "sampler_stratified", "one_scramble"],
 ];
 
 /// Names of all features.

@@ -5,12 +5,12 @@
 //! be seen 9 times in 10 is printed and bounded.
 
 use glam::DVec3;
-use surelight_estimate::welch_test;
+use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
-use surelight_render::{Directions, Integrator, Sampler, Settings};
+use surelight_render::{Directions, Integrator, Renderer, Sampler, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{Clearcoat, DiffuseTransmission, Environment, Light, LightKind, Material, Scene, Sheen};
-use surelight_tests::render::{all, pooled, prepare, render, trace};
+use surelight_tests::render::{all, device, pooled, prepare, render, trace};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;
 
@@ -163,6 +163,47 @@ fn samplers_agree() {
     let ways =
         [("independent", sampler(Sampler::Independent, 13), 64), ("stratified", sampler(Sampler::Stratified, 14), 64)];
     check(&lamp(), &ways, 0.01);
+}
+
+/// Means and variances of a picture's pixels, over seeds, at 64 samples a pixel in batches as a render makes them.
+fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
+    const SEEDS: u32 = 8;
+    let scene = surelight_scene::procedural::cornell_box::cornell_box();
+    let pictures: Vec<Vec<f64>> = (0..SEEDS)
+        .map(|seed| {
+            let settings = Settings { one_scramble, seed, ..Settings::new(24, 24) };
+            let mut renderer = Renderer::new(device(), &prepare(&scene, &settings)).expect("the kernel compiles");
+            let mut film = Film::new(24, 24);
+            for (first, batches, samples) in [(0, 1, 1), (1, 1, 1), (2, 1, 2), (3, 15, 4)] {
+                renderer.trace(&mut film, first, batches, samples, &mut |_| true).expect("the scene is traced");
+            }
+            all(&film).map(|i| film.mean(i)[1]).collect()
+        })
+        .collect();
+    let means = pictures.iter().map(|p| p.iter().sum::<f64>() / p.len() as f64).collect();
+    let mean_of = |i: usize| pictures.iter().map(|p| p[i]).sum::<f64>() / f64::from(SEEDS);
+    let squares = |i: usize| pictures.iter().map(|p| (p[i] - mean_of(i)).powi(2)).sum::<f64>();
+    (means, (0..pictures[0].len()).map(squares).sum())
+}
+
+/// Batches that are pieces of one sequence leave the mean alone and lower the error.
+///
+/// Over 8 seeds the squared errors have 7 · 576 degrees of freedom: their ratio is known to some 5 %, tails included.
+#[test]
+fn one_scramble_errs_less() {
+    let (apart, squares_apart) = over_seeds(false);
+    let (joint, squares_joint) = over_seeds(true);
+    let estimate = |means: &[f64]| {
+        let n = means.len() as f64;
+        let mean = means.iter().sum::<f64>() / n;
+        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+        Estimate { mean, variance, dof: n - 1.0 }
+    };
+    let test = welch_test(&estimate(&apart), &estimate(&joint));
+    let ratio = squares_joint / squares_apart;
+    println!("one scramble: squared error {ratio:.3} of that of 16, p of the means {:.2}", test.p);
+    assert!(test.p > 0.01, "means differ by {:+.2e}, p {}", test.difference, test.p);
+    assert!(ratio < 0.85, "squared error {ratio} of that of independent batches");
 }
 
 /// Of mirrors, clear glass and point lights Whitted's picture is complete up to light between surfaces: at one bounce it is the truth.

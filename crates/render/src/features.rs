@@ -138,4 +138,6 @@ features! {
     sampler_independent,
     /// Jittered strata.
     sampler_stratified,
+    /// All batches of a pixel are pieces of one Sobol sequence.
+    one_scramble,
 }

@@ -11,7 +11,7 @@ use crate::compare::CompareArgs;
 use crate::integrate::IntegrateArgs;
 use crate::measure::MeasureArgs;
 use crate::merge::MergeArgs;
-use crate::method::MethodArgs;
+use crate::method::{MethodArgs, Sampler};
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
@@ -45,7 +45,11 @@ where
     };
     let conflict = match &command {
         Command::Render(args) => {
-            args.method.conflict().map(String::from).or(args.parts.conflict(&args.stop, &args.method, &args.output))
+            let unscrambled = args.one_scramble && args.method.sampler != Sampler::Sobol;
+            let unscrambled = unscrambled
+                .then(|| "the argument '--one-scramble' needs '--sampler sobol': other samplers have no sequence".into());
+            let parts = || args.parts.conflict(&args.stop, &args.method, &args.output);
+            args.method.conflict().map(String::from).or(unscrambled).or_else(parts)
         }
         Command::Info(args) => args.method.conflict_without_trial().map(String::from),
         Command::Measure(args) => args.conflict().map(String::from),
@@ -126,6 +130,10 @@ pub(crate) struct RenderArgs {
     /// Chooses the random numbers; the same seed gives the same image
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
+
+    /// All Sobol points of a pixel from one sequence: a smaller error, but the error told is then too large
+    #[arg(long, conflicts_with = "error")]
+    pub(crate) one_scramble: bool,
 
     /// Brightens the PNG by this many stops
     #[arg(
@@ -295,7 +303,7 @@ pub(crate) enum Tonemap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::{Integrator, Sampler};
+    use crate::method::Integrator;
 
     fn typed(line: &str) -> Result<Command, clap::Error> {
         super::parse(line.split_whitespace())
@@ -361,6 +369,8 @@ mod tests {
             ("surelight a.glb --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight info a.glb --integrator area --directions cosine", ErrorKind::ArgumentConflict),
             ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),
+            ("surelight a.glb --one-scramble --sampler stratified", ErrorKind::ArgumentConflict),
+            ("surelight a.glb --one-scramble --error 1%", ErrorKind::ArgumentConflict),
             ("surelight info a.glb --integrator auto", ErrorKind::ArgumentConflict),
             ("surelight measure a.glb --integrator auto --point 0,0,0 --direction 0,0,1", ErrorKind::ArgumentConflict),
             // Options of work to come are absent, not inert.

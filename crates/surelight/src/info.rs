@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 11] = [
+const CHOSEN: [&str; 12] = [
     "items_image",
     "lens",
     "receiver",
@@ -28,6 +28,7 @@ const CHOSEN: [&str; 11] = [
     "directions_cosine",
     "sampler_independent",
     "sampler_stratified",
+    "one_scramble",
 ];
 
 /// A scene laid open; its fields are the keys of `--json`.

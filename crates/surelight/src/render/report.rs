@@ -23,6 +23,12 @@ impl Finished<'_> {
                 truncated
             ));
         }
+        if self.args.one_scramble {
+            warnings.push(
+                "all samples of a pixel are of one sequence; the error is told as if batches were independent, which overstates it"
+                    .into(),
+            );
+        }
         Summary {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.args.scene.display().to_string(),
