@@ -121,7 +121,11 @@ pub(super) fn bias(html: &mut String, scene: &SceneData) {
         let data = &scene.methods[m];
         let interval = scene.bias(m);
         let says = match (&data.biased, interval) {
-            (Some(why), _) => format!("<span class=\"biased\">biased: {}</span>", escape(why)),
+            (Some(why), seen) => {
+                let little =
+                    if seen.is_some_and(|i| i.holds(0.0)) { ", too little to show in the mean here" } else { "" };
+                format!("<span class=\"biased\">biased: {}{little}</span>", escape(why))
+            }
             (None, None) => UNKNOWN.into(),
             (None, Some(i)) if i.holds(0.0) => "none seen".into(),
             // 1.96 standard errors are the half width; beyond 3 chance is no excuse for any of a dozen methods.
