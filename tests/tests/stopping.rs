@@ -48,7 +48,7 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
     let (scene, truth) = spot(p);
     let mut renderer = Renderer::new(device(), &prepare(&scene, &settings())).unwrap_or_else(|e| panic!("{e}"));
     let precision = Precision { error, confidence: 0.95, bound: Bound::Clt };
-    let goal = Goal { spp: Some(most_spp), time: None, precision: Some(precision) };
+    let goal = Goal { spp: Some(most_spp), precision: Some(precision), ..Goal::default() };
     let mut tally = Tally::default();
     for seed in seeds {
         renderer.set_seed(seed);
