@@ -10,7 +10,6 @@ use surelight_film::{MergePlan, PartFile};
 use crate::args::Tonemap;
 use crate::error::Error;
 use crate::parse::{self as value, Format, OutputPath};
-use crate::progress::samples_a_pixel;
 use crate::summary::{Percent, RelativeError};
 use crate::{console, output, render};
 
@@ -114,7 +113,7 @@ impl Display for Merged {
             write!(f, " at {x},{y} of {width}x{height}")?;
         }
         let plural = if self.parts == 1 { "" } else { "s" };
-        writeln!(f, ")\nsamples   {} from {} part{plural}", samples_a_pixel(self.spp), self.parts)?;
+        writeln!(f, ")\nsamples   {} a pixel from {} part{plural}", self.spp, self.parts)?;
         if let Some(missing) = &self.missing {
             let more = if self.can_be_merged { "; the .exr can be merged with them" } else { "" };
             writeln!(f, "missing   {missing}{more}")?;
