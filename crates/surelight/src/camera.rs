@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 use surelight_scene::{Camera, Projection, Scene};
 
-use crate::args::CameraArgs;
 use crate::error::Error;
+use crate::options::CameraArgs;
 use crate::parse::{Selector, Size};
 
 /// Pixels on the longer side unless `--size` says otherwise.

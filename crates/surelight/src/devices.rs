@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use serde_json::json;
 use surelight_render::{Device, RenderError};
 
-use crate::args::DevicesArgs;
 use crate::console;
 use crate::error::Error;
+use crate::options::DevicesArgs;
 
 /// Lists the adapters of this machine, best to use first shown as they are numbered for `--adapter`.
 pub(crate) fn run(args: &DevicesArgs) -> Result<(), Error> {

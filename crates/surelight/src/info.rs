@@ -9,8 +9,8 @@ use serde::Serialize;
 use surelight_render::{Prepared, Settings};
 use surelight_scene::{LoadOptions, Scene};
 
-use crate::args::{CameraArgs, InfoArgs, LightArgs};
 use crate::error::Error;
+use crate::options::{CameraArgs, InfoArgs, LightArgs};
 use crate::{camera, console, light};
 
 use contents::Contents;

@@ -2,8 +2,8 @@
 
 use surelight_scene::{Environment, Scene, load_environment_with_warnings};
 
-use crate::args::LightArgs;
 use crate::error::Error;
+use crate::options::LightArgs;
 
 /// Sets the scene's environment as the options say; returns what was decided without being asked.
 pub(crate) fn set(scene: &mut Scene, args: &LightArgs) -> Result<Option<String>, Error> {

@@ -21,6 +21,7 @@ mod light;
 mod measure;
 mod merge;
 mod method;
+mod options;
 mod output;
 mod parse;
 mod parts;
@@ -76,7 +77,7 @@ fn met(target: bool) -> ExitCode {
     if target { ExitCode::SUCCESS } else { ExitCode::from(STOPPED_EARLY) }
 }
 
-fn render(args: &args::RenderArgs) -> Result<ExitCode, Error> {
+fn render(args: &options::RenderArgs) -> Result<ExitCode, Error> {
     let summary = render::run(args)?;
     let text = if args.json { summary.json().map_err(|e| Error::Print(e.into()))? } else { summary.to_string() };
     console::result(&text)?;

@@ -7,8 +7,8 @@ use clap::Args;
 use serde::Serialize;
 use surelight_film::{MergePlan, PartFile};
 
-use crate::args::Tonemap;
 use crate::error::Error;
+use crate::options::Tonemap;
 use crate::parse::{self as value, Format, OutputPath};
 use crate::summary::{Percent, RelativeError};
 use crate::{console, output, render};

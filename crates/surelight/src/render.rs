@@ -11,8 +11,8 @@ use std::time::Instant;
 use surelight_film::{Display, Film, Metadata, PixelMoments, ToneMap, Window, write_exr, write_png};
 use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
-use crate::args::{RenderArgs, Tonemap};
 use crate::error::Error;
+use crate::options::{RenderArgs, Tonemap};
 use crate::parse::{Format, OutputPath};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary, Tried};

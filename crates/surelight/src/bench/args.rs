@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use surelight_bench::{Variations, data};
 
-use crate::args::{CameraArgs, FileArgs, LightArgs};
+use crate::options::{CameraArgs, FileArgs, LightArgs};
 use crate::parse::{self as value, Selector, Size};
 
 /// `surelight bench SCENE…`.

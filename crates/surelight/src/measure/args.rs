@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args};
 
-use crate::args::{CameraArgs, FileArgs, LightArgs};
 use crate::method::MethodArgs;
+use crate::options::{CameraArgs, FileArgs, LightArgs};
 use crate::parse::{self as value, Bounces, Selector, Size};
 
 /// `surelight measure SCENE`.

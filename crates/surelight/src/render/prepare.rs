@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use surelight_render::{AdapterChoice, Prepared, Settings};
 use surelight_scene::{Environment, LoadOptions, Scene};
 
-use crate::args::RenderArgs;
 use crate::camera::{self, View};
 use crate::error::Error;
+use crate::options::RenderArgs;
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 

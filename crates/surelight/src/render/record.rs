@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json};
 use surelight_film::{Film, Metadata, Part, Window};
 use surelight_render::{Counts, Device, Standing};
 
-use crate::args::RenderArgs;
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
+use crate::options::RenderArgs;
 
 use super::prepare::Loaded;
 

@@ -1,0 +1,209 @@
+//! Options that commands have in common, and those of the smaller commands.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::method::MethodArgs;
+use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
+use crate::parts::PartArgs;
+use crate::stopping::StopArgs;
+
+/// `surelight [render] SCENE`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// The scene, a .glb or .gltf file
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
+    /// [default: the scene's name as .png and .exr in the current folder]
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_path)]
+    pub(crate) output: Vec<OutputPath>,
+
+    /// Pixels [default: 1024 on the longer side, the camera's aspect]
+    #[arg(long, value_name = "WxH", value_parser = value::size)]
+    pub(crate) size: Option<Size>,
+
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
+
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+
+    /// Scattering events a path may have: 0 emission only, 1 direct light, … or `unlimited`
+    #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited")]
+    pub(crate) max_bounces: Bounces,
+
+    /// Chooses the random numbers; the same seed gives the same image
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u32,
+
+    /// All Sobol points of a pixel from one sequence: a smaller error, but the error told is then too large
+    #[arg(long, conflicts_with = "error")]
+    pub(crate) one_scramble: bool,
+
+    /// Brightens the PNG by this many stops
+    #[arg(
+        long,
+        value_name = "EV",
+        value_parser = value::exposure,
+        default_value = "0",
+        allow_hyphen_values = true
+    )]
+    pub(crate) exposure: f32,
+
+    /// How the PNG brings radiance into what a screen can show
+    #[arg(long, value_enum, default_value_t = Tonemap::Neutral)]
+    pub(crate) tonemap: Tonemap,
+
+    /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    pub(crate) adapter: Option<Selector>,
+
+    #[command(flatten)]
+    pub(crate) file: FileArgs,
+
+    /// Clamp every sample to this radiance: fewer bright specks, but biased, and recorded as such
+    #[arg(long, value_name = "X", value_parser = value::positive)]
+    pub(crate) max_radiance: Option<f32>,
+
+    /// No progress, just the summary
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    /// The summary as one JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+
+    // Their headings hold for what follows, so they come last.
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    #[command(flatten)]
+    pub(crate) light: LightArgs,
+
+    #[command(flatten)]
+    pub(crate) parts: PartArgs,
+}
+
+/// Where the picture is taken from.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Camera")]
+pub(crate) struct CameraArgs {
+    /// Camera of the file, by name or number [default: the first; the whole model framed when there is none]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, conflicts_with = "eye")]
+    pub(crate) camera: Option<Selector>,
+
+    /// Look from here, metres
+    #[arg(
+        long,
+        value_name = "x,y,z",
+        value_parser = value::point,
+        requires = "target",
+        allow_hyphen_values = true
+    )]
+    pub(crate) eye: Option<[f64; 3]>,
+
+    /// … towards here, metres
+    #[arg(
+        long,
+        value_name = "x,y,z",
+        value_parser = value::point,
+        requires = "eye",
+        allow_hyphen_values = true
+    )]
+    pub(crate) target: Option<[f64; 3]>,
+
+    /// Vertical field of view, degrees [default: the camera's; 45 with --eye]
+    #[arg(long, value_name = "DEG", value_parser = value::field_of_view)]
+    pub(crate) fov: Option<f64>,
+
+    /// Diameter of a thin lens, metres: what is nearer or farther than --focus blurs
+    #[arg(long, value_name = "METRES", value_parser = value::positive)]
+    pub(crate) aperture: Option<f32>,
+
+    /// Distance of what is sharp, metres [default: --target, or the middle of the model]
+    #[arg(long, value_name = "METRES", value_parser = value::positive, requires = "aperture")]
+    pub(crate) focus: Option<f32>,
+}
+
+/// Light from far away.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Environment")]
+pub(crate) struct LightArgs {
+    /// Equirectangular map, .hdr or .exr [default: none; a uniform white sky when nothing else gives light]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) env: Option<PathBuf>,
+
+    /// Turn the map about the vertical axis, degrees, counter-clockwise seen from above
+    #[arg(
+        long,
+        value_name = "DEG",
+        value_parser = value::finite,
+        requires = "env",
+        allow_hyphen_values = true
+    )]
+    pub(crate) env_rotate: Option<f32>,
+
+    /// Factor on the map's radiance
+    #[arg(long, value_name = "X", value_parser = value::positive, requires = "env")]
+    pub(crate) env_scale: Option<f32>,
+
+    /// The same radiance from every direction, linear Rec. 709
+    #[arg(
+        long,
+        value_name = "R,G,B",
+        value_parser = value::radiance,
+        conflicts_with = "env",
+        allow_hyphen_values = true
+    )]
+    pub(crate) sky: Option<[f32; 3]>,
+}
+
+/// What to take out of a file.
+#[derive(Debug, Args)]
+pub(crate) struct FileArgs {
+    /// Scene of the file, by number [default: the one the file names]
+    #[arg(long = "scene", id = "scene_index", value_name = "N")]
+    pub(crate) scene: Option<usize>,
+}
+
+/// `surelight info SCENE`.
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// The scene, a .glb or .gltf file
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) file: FileArgs,
+
+    #[command(flatten)]
+    pub(crate) method: MethodArgs,
+
+    /// One JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `surelight devices`.
+#[derive(Debug, Args)]
+pub(crate) struct DevicesArgs {
+    /// One JSON array on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Names of the tone maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Tonemap {
+    /// Khronos PBR Neutral: base colours come out as they are
+    Neutral,
+    /// AgX: soft, desaturates highlights
+    Agx,
+    /// ACES filmic curve: contrasty
+    Aces,
+    /// No curve: clipped at 1
+    None,
+}
