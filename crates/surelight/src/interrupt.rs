@@ -18,7 +18,8 @@ pub(crate) fn listen() {
 pub(crate) fn listen_and_keep(what: &'static str) {
     let heard = ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(KILLED_BY_INTERRUPT);
+            // Without running what is registered for the end: drivers take their memory down there while their threads still work.
+            signal_hook::low_level::exit(KILLED_BY_INTERRUPT);
         }
         let bar = if console::watched() { "\n" } else { "" }; // one may stand on this line
         console::note(&format!("{bar}stopping: {what} will be written; once more ends at once"));

@@ -87,6 +87,18 @@ pub(crate) struct RenderArgs {
     pub(crate) parts: PartArgs,
 }
 
+impl RenderArgs {
+    /// What is wrong with the samples of `--one-scramble`, if anything: a shorter last batch would meet points again.
+    pub(crate) fn ragged_sequence(&self) -> Option<String> {
+        let spp = self.stop.spp.filter(|_| self.one_scramble)?;
+        let batch = 1 << (spp / 16).max(1).ilog2();
+        (spp % batch != 0).then(|| {
+            let less = spp / batch * batch;
+            format!("the argument '--one-scramble' needs '--spp' in whole batches of {batch}: {less} or {}", less + batch)
+        })
+    }
+}
+
 /// Where the picture is taken from.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Camera")]
