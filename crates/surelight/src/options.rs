@@ -94,7 +94,10 @@ impl RenderArgs {
         let batch = 1 << (spp / 16).max(1).ilog2();
         (spp % batch != 0).then(|| {
             let less = spp / batch * batch;
-            format!("the argument '--one-scramble' needs '--spp' in whole batches of {batch}: {less} or {}", less + batch)
+            format!(
+                "the argument '--one-scramble' needs '--spp' in whole batches of {batch}: {less} or {}",
+                less + batch
+            )
         })
     }
 }
