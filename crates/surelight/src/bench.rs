@@ -16,7 +16,6 @@ use surelight_bench::{
     report::{answer, read_data},
 };
 use surelight_render::{Device, Settings};
-use surelight_scene::LoadOptions;
 
 use crate::error::Error;
 use crate::parse::Size;
@@ -93,7 +92,7 @@ fn raced(args: &BenchArgs) -> Result<(Data, bool), Error> {
 /// A scene as it will be raced on.
 fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result<Subject, Error> {
     let started = Instant::now();
-    let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+    let options = args.file.load_options();
     let mut scene = surelight_scene::load(path, &options)?;
     let mut view = camera::choose(&scene, path, &args.camera, args.size)?;
     if args.size.is_none() {

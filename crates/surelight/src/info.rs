@@ -7,7 +7,7 @@ use std::fmt::{self, Display};
 
 use serde::Serialize;
 use surelight_render::{Prepared, Settings};
-use surelight_scene::{LoadOptions, Scene};
+use surelight_scene::Scene;
 
 use crate::error::Error;
 use crate::options::{CameraArgs, InfoArgs, LightArgs};
@@ -61,7 +61,7 @@ struct Part {
 
 /// Loads the scene and tells what is in it. No device is needed.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
-    let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+    let options = args.file.load_options();
     let scene = surelight_scene::load(&args.scene, &options)?;
     let info = describe(args, scene)?;
     let text = if args.json {

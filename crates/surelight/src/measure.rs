@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 use surelight_estimate::{Estimate, student_t_half_width, student_t_quantile};
 use surelight_film::Film;
 use surelight_render::{Device, Prepared, Renderer};
-use surelight_scene::LoadOptions;
 
 pub(crate) use self::args::MeasureArgs;
 use self::report::{Report, Value};
@@ -48,7 +47,7 @@ const PILOT_FIRST: u32 = 1 << 31;
 /// Measures as the options say and prints the result; whether the target was met.
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let start = Instant::now();
-    let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+    let options = args.file.load_options();
     let mut scene = surelight_scene::load(&args.scene, &options)?;
     let light_note = light::set(&mut scene, &args.light)?;
     let mut warnings = std::mem::take(&mut scene.warnings);

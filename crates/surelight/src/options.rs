@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use surelight_scene::{LoadOptions, Moment};
 
 use crate::method::MethodArgs;
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
@@ -177,11 +178,44 @@ pub(crate) struct LightArgs {
 }
 
 /// What to take out of a file.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct FileArgs {
     /// Scene of the file, by number [default: the one the file names]
     #[arg(long = "scene", id = "scene_index", value_name = "N")]
     pub(crate) scene: Option<usize>,
+
+    /// Material variant, by name or number [default: the file's own materials]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    pub(crate) variant: Option<Selector>,
+
+    /// Animation, by name or number, whose moment --at is shown [default: the file at rest]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    pub(crate) animation: Option<Selector>,
+
+    /// Moment of --animation, seconds from its start [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = value::finite, requires = "animation", allow_hyphen_values = true)]
+    pub(crate) at: Option<f32>,
+
+    /// Most pixels that an image of the file may have; larger ones are left out with a warning [default: 67108864]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) max_image_pixels: Option<u64>,
+}
+
+impl FileArgs {
+    /// As the importer takes it.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        let usual = LoadOptions::default();
+        LoadOptions {
+            scene: self.scene,
+            variant: self.variant.as_ref().map(|variant| variant.0.clone()),
+            animation: self
+                .animation
+                .as_ref()
+                .map(|animation| Moment { animation: animation.0.clone(), seconds: self.at.unwrap_or(0.0).into() }),
+            max_image_pixels: self.max_image_pixels.unwrap_or(usual.max_image_pixels),
+            ..usual
+        }
+    }
 }
 
 /// `surelight info SCENE`.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use surelight_render::{AdapterChoice, Prepared, Settings};
-use surelight_scene::{Environment, LoadOptions, Scene};
+use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
@@ -23,7 +23,7 @@ pub(super) struct Loaded {
 impl Loaded {
     /// Reads the scene and its environment, and chooses the camera.
     pub(super) fn new(args: &RenderArgs, outputs: &[OutputPath]) -> Result<Self, Error> {
-        let options = LoadOptions { scene: args.file.scene, ..LoadOptions::default() };
+        let options = args.file.load_options();
         let mut scene = surelight_scene::load(&args.scene, &options)?;
         output::check(outputs, &image_files(&args.scene, &scene))?;
         let view = camera::choose(&scene, &args.scene, &args.camera, args.size)?;
