@@ -11,9 +11,6 @@ use surelight_scene::{LoadOptions, load, load_environment};
 /// No file may take longer.
 const LIMIT: Duration = Duration::from_secs(10);
 
-/// Files that require an extension which is not there yet: refused with its name.
-const NEEDS_EXTENSION: &[&str] = &["ClearCoatCarPaint.glb", "IridescenceSuzanne.glb"];
-
 fn corpus() -> Option<PathBuf> {
     let folder = std::env::var_os("SURELIGHT_CORPUS").map(PathBuf::from);
     if folder.is_none() {
@@ -134,10 +131,7 @@ fn valid_files_load_with_their_triangles() {
             }
             Some(Err(message)) => {
                 println!("{ms:5} ms  refused  {short}: {message}");
-                let later = NEEDS_EXTENSION.iter().any(|name| path.ends_with(name));
-                if !later || !message.contains("requires the extension") {
-                    failures.push(message);
-                }
+                failures.push(message);
             }
             None => failures.push(format!("{short}: panicked")),
         }
