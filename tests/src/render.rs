@@ -112,3 +112,8 @@ impl Judge {
 pub fn bits(film: &Film) -> Vec<[u64; 3]> {
     all(film).map(|i| film.mean(i).map(f64::to_bits)).collect()
 }
+
+/// Units in the last place between two numbers of the same sign.
+pub fn ulps(a: f32, b: f32) -> u32 {
+    a.to_bits().abs_diff(b.to_bits())
+}

@@ -4,17 +4,25 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use surelight_scene::procedural::{GALLERY, spheres};
+use surelight_scene::procedural::{Entry, GALLERY, spheres, torture};
 use surelight_scene::write_glb;
 
 /// No committed scene may be larger.
 const MOST_BYTES: usize = 300 * 1024;
+
+/// No committed scene of the torture list may be larger.
+const MOST_TORTURE_BYTES: usize = 100 * 1024;
+
+/// Folder of the torture list's scenes in `assets/`.
+const TORTURE: &str = "torture";
 
 /// A file of `assets/`: its name and its bytes.
 type File = (String, Vec<u8>);
 
 /// Writes every generated file.
 pub(crate) fn write(folder: &Path) -> Result<(), String> {
+    let subfolder = folder.join(TORTURE);
+    fs::create_dir_all(&subfolder).map_err(|e| format!("{} cannot be made: {e}", subfolder.display()))?;
     for (name, bytes) in generate()? {
         let path = folder.join(&name);
         fs::write(&path, &bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()))?;
@@ -34,11 +42,13 @@ pub(crate) fn check(folder: &Path) -> Result<(), String> {
             Err(e) => wrong.push(format!("{name} cannot be read ({e})")),
         }
     }
-    let entries = fs::read_dir(folder).map_err(|e| format!("{} cannot be listed: {e}", folder.display()))?;
-    for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if name.ends_with(".glb") && !files.iter().any(|(n, _)| *n == name) {
-            wrong.push(format!("{name} is made by no code"));
+    for prefix in ["", "torture/"] {
+        let Ok(entries) = fs::read_dir(folder.join(prefix)) else { continue };
+        for entry in entries.flatten() {
+            let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+            if name.ends_with(".glb") && !files.iter().any(|(n, _)| *n == name) {
+                wrong.push(format!("{name} is made by no code"));
+            }
         }
     }
     if wrong.is_empty() {
@@ -53,16 +63,9 @@ fn generate() -> Result<Vec<File>, String> {
     let mut files = Vec::new();
     let mut table = String::new();
     for entry in GALLERY {
-        let scene = (entry.build)();
-        let bytes = write_glb(&scene, entry.known).map_err(|e| format!("{}: {e}", entry.name))?;
-        if bytes.len() > MOST_BYTES {
-            return Err(format!("{}.glb takes {} bytes; the limit is {MOST_BYTES}", entry.name, bytes.len()));
-        }
-        let (name, shows, known) = (entry.name, entry.shows, entry.known);
-        let (triangles, size) = (scene.triangle_count(), bytes.len());
-        // Writing to a string cannot fail.
-        let _ = writeln!(table, "| {name}.glb | {shows} | {known} | {triangles} | {size} |");
-        files.push((format!("{name}.glb"), bytes));
+        let (bytes, row) = scene_file(entry, MOST_BYTES)?;
+        table.push_str(&row);
+        files.push((format!("{}.glb", entry.name), bytes));
     }
     let sky = crate::sky::exr(&spheres::sky())?;
     let _ = writeln!(
@@ -73,7 +76,46 @@ fn generate() -> Result<Vec<File>, String> {
     );
     files.push(("sky.exr".to_owned(), sky));
     files.push(("README.md".to_owned(), readme(&table).into_bytes()));
+    let mut cases = String::new();
+    for case in torture::cases() {
+        let Entry { name, shows, known, .. } = case.entry;
+        let row = if case.file {
+            let (bytes, row) = scene_file(&case.entry, MOST_TORTURE_BYTES)?;
+            files.push((format!("{TORTURE}/{name}.glb"), bytes));
+            row
+        } else {
+            format!("| {name}, as a generator alone | {shows} | {known} | | |\n")
+        };
+        let _ = write!(cases, "| {} {row}", case.number);
+    }
+    files.push((format!("{TORTURE}/README.md"), torture_readme(&cases).into_bytes()));
     Ok(files)
+}
+
+/// A scene's file and its row of the table.
+fn scene_file(entry: &Entry, most_bytes: usize) -> Result<(Vec<u8>, String), String> {
+    let Entry { name, shows, known, build } = entry;
+    let scene = build();
+    let bytes = write_glb(&scene, known).map_err(|e| format!("{name}: {e}"))?;
+    if bytes.len() > most_bytes {
+        return Err(format!("{name}.glb takes {} bytes; the limit is {most_bytes}", bytes.len()));
+    }
+    let row = format!("| {name}.glb | {shows} | {known} | {} | {} |\n", scene.triangle_count(), bytes.len());
+    Ok((bytes, row))
+}
+
+fn torture_readme(table: &str) -> String {
+    format!(
+        "# The torture list's scenes
+
+Made by `cargo xtask assets` from `crates/scene/src/procedural/torture/`, like the scenes beside this folder. Tests of the same
+names are in `tests/torture/` ([testing](../../docs/testing.md)). A sky is no part of a glTF file: where a case needs one, it
+is named with the option that sets it.
+
+| case | file | shows | known in closed form | triangles | bytes |
+|---:|---|---|---|---:|---:|
+{table}"
+    )
 }
 
 fn readme(table: &str) -> String {
@@ -93,6 +135,11 @@ Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sid
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn committed_files_are_what_the_code_makes() {
+        check(&crate::repository().join("assets")).expect("assets/ is up to date");
+    }
 
     #[test]
     fn check_finds_what_is_missing_changed_or_foreign() {

@@ -1,6 +1,7 @@
 //! `cargo xtask …`: what keeps the repository's generated files true.
 
 mod assets;
+mod mutate;
 mod references;
 mod sky;
 
@@ -15,6 +16,9 @@ Commands:
   assets --check  fail when a file in assets/ differs from what the code makes
   references DIR --surelight BINARY
                   render the scenes of a folder and test them against its references
+  mutate [CASE]...
+                  plant mistakes, one after the other, and see whether the torture list catches them
+  mutate --list   print the table of mistakes
 ";
 
 fn main() -> ExitCode {
@@ -24,6 +28,7 @@ fn main() -> ExitCode {
         ["assets"] => assets::write(&repository().join("assets")),
         ["assets", "--check"] => assets::check(&repository().join("assets")),
         ["references", ref rest @ ..] => references::run(rest),
+        ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
         ["help" | "--help" | "-h"] => {
             print!("{USAGE}");
             Ok(())

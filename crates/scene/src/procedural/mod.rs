@@ -18,6 +18,7 @@ mod random;
 pub mod shapes;
 pub mod spheres;
 pub mod textured;
+pub mod torture;
 pub mod veach_mis;
 
 use glam::DVec3;

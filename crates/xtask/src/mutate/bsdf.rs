@@ -1,0 +1,5 @@
+//! Mutations for the group `bsdf`.
+
+use super::Mutation;
+
+pub(super) const ROWS: &[Mutation] = &[];

@@ -1,0 +1,5 @@
+//! Mutations for the group `sampling`.
+
+use super::Mutation;
+
+pub(super) const ROWS: &[Mutation] = &[];

@@ -1,0 +1,3 @@
+//! Torture list, accumulation, random numbers and drivers: cases 40 to 44. One test a case, by the list's name.
+
+mod split_whole;
