@@ -10,7 +10,7 @@
 //! seen there would make of *their* squared deviations. So a pixel that has been spared so far is not believed either.
 //!
 //! A pixel is *certified* when it has samples and batches enough, and a tail below [`HEAVY`]. The numbers were chosen by how often
-//! intervals of certified pixels hold, in rooms with and without glass, at 256 and 1024 samples; `tests/coverage.rs` keeps them honest.
+//! intervals of certified pixels hold, in rooms with and without glass, at 256 and 1024 samples; `tests/torture/sampling/coverage.rs` keeps them honest.
 
 use rayon::prelude::*;
 

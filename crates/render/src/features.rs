@@ -140,4 +140,6 @@ features! {
     sampler_stratified,
     /// All batches of a pixel are pieces of one Sobol sequence.
     one_scramble,
+    /// Paths end at the bounce limit alone: for tests of roulette.
+    no_roulette,
 }

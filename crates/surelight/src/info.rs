@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 12] = [
+const CHOSEN: [&str; 13] = [
     "items_image",
     "lens",
     "receiver",
@@ -29,6 +29,7 @@ const CHOSEN: [&str; 12] = [
     "sampler_independent",
     "sampler_stratified",
     "one_scramble",
+    "no_roulette",
 ];
 
 /// A scene laid open; its fields are the keys of `--json`.

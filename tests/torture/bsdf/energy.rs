@@ -52,7 +52,7 @@ fn over(kind: fn(f32, f64) -> Material, alphas: &[f32], angles: &[f64]) -> Vec<M
 }
 
 #[test]
-fn metal_albedo_is_the_quadrature() {
+fn furnace_ggx() {
     let materials = over(Material::metal, &[0.001, 0.01, 0.1, 0.3, 0.6, 1.0], &[0.0, 45.0, 75.0, 88.0]);
     check("metal", &materials);
     // α = 1 seen from above has a closed form: D = 1/π, G2 = 2c/(1 + c), and ∫ c/(1 + c) dc = 1 − ln 2.
@@ -157,7 +157,7 @@ fn smooth_glass_keeps_everything() {
 
 /// As α falls to where the deltas take over, albedo and direction go over into theirs.
 #[test]
-fn narrow_lobes_go_over_into_deltas() {
+fn ggx_mirror() {
     let kinds = [Material::dielectric, Material::metal, Material::glass, Material::glass_within, Material::thin];
     for kind in kinds {
         for degrees in [0.0, 30.0, 60.0, 80.0] {

@@ -212,7 +212,7 @@ fn irradiance(environment: &Environment, normal: DVec3) -> DVec3 {
 
 /// A single bright texel, at the equator, beside a pole and under the seam, lights planes as the integral over it says.
 #[test]
-fn one_hot_texels() {
+fn one_hot_texel() {
     let reflectance = [0.8f32, 0.5, 0.3];
     let texels = [("equator", 11, 8), ("pole", 5, 0), ("seam", 0, 6), ("nadir", 30, 15)];
     let normals = [DVec3::Y, DVec3::X, DVec3::new(-1.0, 0.3, -2.0).normalize(), DVec3::NEG_Y];

@@ -18,7 +18,7 @@ use surelight_tests::scenes::{look_at, pinhole};
 use surelight_tests::seeds::film_of;
 
 const SIZE: [u32; 2] = [16, 16];
-const RENDERS: u32 = 200;
+const RENDERS: u32 = if cfg!(feature = "long") { 1000 } else { 200 };
 /// An interval needs 16 scrambles.
 const BATCHES: u32 = 16;
 
@@ -94,7 +94,7 @@ fn intervals_hold_against_a_closed_form() {
 }
 
 #[test]
-fn intervals_hold_in_the_cornell_box() {
+fn replicates() {
     assert_holds("cornell", &coverage("cornell", &cornell_box::cornell_box(), Integrator::Mis, 16, None));
 }
 

@@ -82,7 +82,7 @@ fn meets(polygon: &[DVec3], origin: DVec3, direction: DVec3) -> bool {
 }
 
 #[test]
-fn quad_light_is_lamberts_formula() {
+fn polygon_irradiance() {
     let scene = quad_light::quad_light();
     let camera = scene.cameras[0].clone();
     let Projection::Perspective { yfov, .. } = camera.projection else { panic!("the camera is a pinhole") };

@@ -17,13 +17,33 @@ fn outcome(drawn: &Material, claimed: &Material, seed: u64) -> Outcome {
     chi2::outcome(&PROBE, drawn, claimed, SAMPLES, seed)
 }
 
-/// Tests a kind of material over roughness and angle, each at the level that makes false alarms rare over all of them.
-fn check(name: &str, materials: impl Iterator<Item = Material>, seed: u64) {
-    let materials: Vec<_> = materials.collect();
-    let level = sidak_level(ALPHA, materials.len());
+/// Every kind of material that a base may be, with its roughnesses.
+fn kinds() -> Vec<(&'static str, Vec<Material>)> {
+    type Kind = fn(f32, f64) -> Material;
+    let over = |kind: Kind, alphas: &[f32]| {
+        alphas.iter().flat_map(|&alpha| ANGLES.map(|degrees| kind(alpha, degrees))).collect::<Vec<_>>()
+    };
+    vec![
+        ("Lambert", vec![Material::lambert(60.0)]),
+        ("metal", over(Material::metal, &[0.001, 0.1, 1.0])),
+        // α = 0: the base beside a delta.
+        ("dielectric", over(Material::dielectric, &[0.0, 0.05, 0.5])),
+        ("glass", over(Material::glass, &[0.01, 0.2, 1.0])),
+        ("glass from within", over(Material::glass_within, &[0.2, 1.0])),
+        ("thin wall", over(Material::thin, &[0.1, 0.6])),
+        ("medley", over(Material::medley, &[0.05, 0.4])),
+    ]
+}
+
+/// Over kinds, roughness and angle, each at the level that makes a false alarm rare over all of them.
+#[test]
+fn chi2_all() {
+    let kinds = kinds();
+    let level = sidak_level(ALPHA, kinds.iter().map(|(_, materials)| materials.len()).sum());
     let mut failures = Vec::new();
-    for (m, i) in materials.iter().zip(0..) {
-        let Outcome { p, mass, dof, cells } = outcome(m, m, seed + i);
+    let all = kinds.iter().flat_map(|(name, materials)| materials.iter().map(move |m| (name, m)));
+    for ((name, m), seed) in all.zip(100..) {
+        let Outcome { p, mass, dof, cells } = outcome(m, m, seed);
         println!(
             "{name} α {} z {:.4}: p {p:.4}, mass {mass:.6}, {dof} degrees of freedom, {cells} cells",
             m.alpha, m.wo[2]
@@ -36,47 +56,7 @@ fn check(name: &str, materials: impl Iterator<Item = Material>, seed: u64) {
     assert!(failures.is_empty(), "at level {level:.1e}:\n{}", failures.join("\n"));
 }
 
-fn over(kind: fn(f32, f64) -> Material, alphas: &[f32]) -> impl Iterator<Item = Material> {
-    alphas.iter().flat_map(move |&alpha| ANGLES.map(|degrees| kind(alpha, degrees)))
-}
-
-#[test]
-fn lambert() {
-    check("Lambert", std::iter::once(Material::lambert(60.0)), 10);
-}
-
-#[test]
-fn metal() {
-    check("metal", over(Material::metal, &[0.001, 0.1, 1.0]), 100);
-}
-
-#[test]
-fn dielectric() {
-    // α = 0: the base beside a delta.
-    check("dielectric", over(Material::dielectric, &[0.0, 0.05, 0.5]), 200);
-}
-
-#[test]
-fn glass() {
-    check("glass", over(Material::glass, &[0.01, 0.2, 1.0]), 300);
-}
-
-#[test]
-fn glass_within() {
-    check("glass from within", over(Material::glass_within, &[0.2, 1.0]), 400);
-}
-
-#[test]
-fn thin_wall() {
-    check("thin wall", over(Material::thin, &[0.1, 0.6]), 500);
-}
-
-#[test]
-fn medley() {
-    check("medley", over(Material::medley, &[0.05, 0.4]), 600);
-}
-
-/// What the tests above can see: a roughness or an index that is 1 % off.
+/// What that can see: a roughness or an index that is 1 % off.
 #[test]
 fn small_errors_are_found() {
     for degrees in [30.0, 75.0] {

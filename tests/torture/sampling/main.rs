@@ -1,0 +1,9 @@
+//! Torture cases 20 to 26: what is sampled, and what error bars make of it.
+
+mod chi2;
+mod coverage;
+mod depth;
+mod forms;
+mod roulette;
+mod slope;
+mod stopping;
