@@ -59,6 +59,7 @@ fn settings(first: &Metadata, second: &Metadata) -> Option<Difference> {
     let what = match name.as_str() {
         "width" | "height" => format!("the image's {name}"),
         "camera" => "the camera".to_owned(), // set by several options
+        "scrambles" => "the number of scrambles".to_owned(), // --one-scramble, or few samples
         name => format!("--{name}"),
     };
     match (text(first.settings.get(name)), text(second.settings.get(name))) {

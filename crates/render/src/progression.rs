@@ -225,6 +225,7 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
             let target = until.filter(|_| !pilot);
             observer(&Progress { spp: spp - first, target, share, pilot, seconds, seconds_left, counts: *counts })
         };
-        self.renderer.trace(film, self.batch, batches, samples, &mut watch)
+        let number = if self.renderer.features.one_scramble { self.spp } else { self.batch };
+        self.renderer.trace(film, number, batches, samples, &mut watch)
     }
 }

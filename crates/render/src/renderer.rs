@@ -209,8 +209,8 @@ impl<'a> Renderer<'a> {
         self.most_lanes
     }
 
-    /// Traces `batches` batches of `samples` samples a pixel, the first of them numbered `first_batch`, and adds them to the
-    /// film, which may be of a crop. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
+    /// Traces `batches` batches of `samples` samples a pixel, the first of them numbered `first_batch` (with one scramble: by the
+    /// number of its first sample), and adds them to the film, which may be of a crop. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
     /// so nothing at all is added.
     pub fn trace(
         &mut self,

@@ -46,7 +46,6 @@ where
             let unscrambled = unscrambled.then(|| {
                 "the argument '--one-scramble' needs '--sampler sobol': other samplers have no sequence".into()
             });
-            let unscrambled = unscrambled.or_else(|| args.ragged_sequence());
             let parts = || args.parts.conflict(&args.stop, &args.method, &args.output);
             args.method.conflict().map(String::from).or(unscrambled).or_else(parts)
         }
@@ -173,7 +172,6 @@ mod tests {
             ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),
             ("surelight a.glb --one-scramble --sampler stratified", ErrorKind::ArgumentConflict),
             ("surelight a.glb --one-scramble --error 1%", ErrorKind::ArgumentConflict),
-            ("surelight a.glb --one-scramble --spp 99", ErrorKind::ArgumentConflict),
             ("surelight info a.glb --integrator auto", ErrorKind::ArgumentConflict),
             ("surelight measure a.glb --integrator auto --point 0,0,0 --direction 0,0,1", ErrorKind::ArgumentConflict),
             // Options of work to come are absent, not inert.

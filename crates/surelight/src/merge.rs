@@ -48,6 +48,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     render::write(&args.output, &film, &render::display(args.exposure, args.tonemap), &metadata)?;
 
     let whole = film.window().whole;
+    let one_sequence = metadata.settings.contains_key("scrambles");
     let merged = Merged {
         outputs: args.output.iter().map(|output| output.path.display().to_string()).collect(),
         parts: args.parts.len(),
@@ -59,7 +60,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
         spp: samples[1] - samples[0],
         missing: missing.map(|missing| missing.to_string()),
         can_be_merged: missing.is_some() && args.output.iter().any(|output| output.format == Format::Exr),
-        relative_error: film.error_summary().map(RelativeError::from),
+        relative_error: film.error_summary().map(|error| RelativeError::new(error, one_sequence)),
         certified: film.certify().share(),
         dropped_samples: metadata.dropped_samples,
         biased: metadata.biased,
@@ -119,12 +120,7 @@ impl Display for Merged {
             writeln!(f, "missing   {missing}{more}")?;
         }
         if let Some(error) = self.relative_error {
-            writeln!(
-                f,
-                "error     {} mean, {} at the 95th percentile (standard error of a pixel's luminance)",
-                Percent(error.mean),
-                Percent(error.percentile_95)
-            )?;
+            writeln!(f, "error     {error}")?;
         }
         writeln!(f, "certified {} of the pixels", Percent(self.certified))?;
         if self.dropped_samples > 0 {

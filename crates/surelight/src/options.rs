@@ -1,11 +1,14 @@
 //! Options that commands have in common, and those of the smaller commands.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use surelight_film::LEAST_SAMPLES;
+use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
-use crate::method::MethodArgs;
+use crate::method::{MethodArgs, Sampler};
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
@@ -40,7 +43,8 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
 
-    /// All Sobol points of a pixel from one sequence: a smaller error, but the error told is then too large
+    /// All Sobol points of a pixel from one sequence, as below 256 samples anyway: a smaller error, but the error told is then
+    /// too large
     #[arg(long, conflicts_with = "error")]
     pub(crate) one_scramble: bool,
 
@@ -89,17 +93,12 @@ pub(crate) struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// What is wrong with the samples of `--one-scramble`, if anything: a shorter last batch would meet points again.
-    pub(crate) fn ragged_sequence(&self) -> Option<String> {
-        let spp = self.stop.spp.filter(|_| self.one_scramble)?;
-        let batch = 1 << (spp / 16).max(1).ilog2();
-        (spp % batch != 0).then(|| {
-            let less = spp / batch * batch;
-            format!(
-                "the argument '--one-scramble' needs '--spp' in whole batches of {batch}: {less} or {}",
-                less + batch
-            )
-        })
+    /// Whether all points of a pixel are of one sequence. Without independent batches the error told is an upper bound; below the
+    /// number of samples that a certificate takes, that is a small price for a better picture.
+    pub(crate) fn is_one_sequence(&self) -> bool {
+        let Goal { spp, precision, .. } = self.stop.goal(Duration::ZERO);
+        let short = precision.is_none() && spp.is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
+        self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
     }
 }
 

@@ -105,11 +105,22 @@ pub(crate) struct RelativeError {
     pub(crate) mean: f64,
     /// What 95 % of the pixels stay below.
     pub(crate) percentile_95: f64,
+    /// Whether these are upper bounds: all points of a pixel are then of one sequence, and batches make up for each other.
+    pub(crate) upper_bound: bool,
 }
 
-impl From<ErrorSummary> for RelativeError {
-    fn from(error: ErrorSummary) -> Self {
-        Self { mean: error.mean, percentile_95: error.percentile_95 }
+impl RelativeError {
+    /// What a film's batches tell of its error; `one_sequence`: they are not independent.
+    pub(crate) fn new(error: ErrorSummary, one_sequence: bool) -> Self {
+        Self { mean: error.mean, percentile_95: error.percentile_95, upper_bound: one_sequence }
+    }
+}
+
+impl Display for RelativeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let at_most = if self.upper_bound { "at most " } else { "" };
+        let (mean, most) = (Percent(self.mean), Percent(self.percentile_95));
+        write!(f, "{at_most}{mean} mean, {most} at the 95th percentile (standard error of a pixel's luminance)")
     }
 }
 
@@ -225,12 +236,7 @@ impl Display for Summary {
             writeln!(f, "tried     {tried}")?;
         }
         match self.relative_error {
-            Some(error) => writeln!(
-                f,
-                "error     {} mean, {} at the 95th percentile (standard error of a pixel's luminance)",
-                Percent(error.mean),
-                Percent(error.percentile_95)
-            )?,
+            Some(error) => writeln!(f, "error     {error}")?,
             None if self.spp < 2 => writeln!(f, "error     unknown: it takes two samples a pixel to tell")?,
             None => writeln!(f, "error     unknown: the image is black")?,
         }
@@ -345,7 +351,7 @@ mod tests {
                 half_width: Some(0.0512),
                 target: None,
             },
-            relative_error: Some(RelativeError { mean: 0.0312, percentile_95: 0.0981 }),
+            relative_error: Some(RelativeError { mean: 0.0312, percentile_95: 0.0981, upper_bound: false }),
             dropped_samples: 3,
             truncated_rays: 0,
             biased: vec!["max-radiance 10".into()],

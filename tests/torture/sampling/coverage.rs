@@ -32,11 +32,19 @@ struct Coverage {
     share: f64,
 }
 
+/// Settings of the pictures.
+fn usual(integrator: Integrator) -> Settings {
+    Settings { integrator, ..Settings::new(SIZE[0], SIZE[1]) }
+}
+
 /// Counts over all renders; `truth` in green, or `None` for the mean of all the renders.
-fn coverage(name: &str, scene: &Scene, integrator: Integrator, samples: u32, truth: Option<f64>) -> Coverage {
-    let settings = Settings { integrator, ..Settings::new(SIZE[0], SIZE[1]) };
-    let mut renderer = Renderer::new(device(), &prepare(scene, &settings)).unwrap_or_else(|e| panic!("{e}"));
-    let films: Vec<Film> = (0..RENDERS).map(|r| film_of(&mut renderer, SIZE, r * BATCHES, BATCHES, samples)).collect();
+fn coverage(name: &str, scene: &Scene, settings: &Settings, samples: u32, truth: Option<f64>) -> Coverage {
+    let mut renderer = Renderer::new(device(), &prepare(scene, settings)).unwrap_or_else(|e| panic!("{e}"));
+    let film = |seed| {
+        renderer.set_seed(seed);
+        film_of(&mut renderer, SIZE, 0, BATCHES, samples)
+    };
+    let films: Vec<Film> = (0..RENDERS).map(film).collect();
     let mut whole = Film::new(SIZE[0], SIZE[1]);
     films.iter().for_each(|film| whole.merge(film).expect("the same size"));
     let t = student_t_quantile(0.975, f64::from(BATCHES - 1));
@@ -63,7 +71,7 @@ fn coverage(name: &str, scene: &Scene, integrator: Integrator, samples: u32, tru
     }
     let all = f64::from(judged);
     let found = Coverage {
-        certified: f64::from(certified_held) / f64::from(certified),
+        certified: f64::from(certified_held) / f64::from(certified).max(1.0),
         all: f64::from(held) / all,
         share: f64::from(certified) / all,
     };
@@ -88,20 +96,36 @@ fn intervals_hold_against_a_closed_form() {
     let (x, z) = (0.3, -0.2);
     let spot = DVec3::new(x, 0.0, z);
     scene.cameras[0] = pinhole(look_at(spot + DVec3::new(0.4, 0.3, 0.5), spot, DVec3::Y), 1e-3);
-    let found = coverage("a spot under a lamp", &scene, Integrator::Area, 16, Some(quad_light::radiance(x, z)[1]));
+    let found =
+        coverage("a spot under a lamp", &scene, &usual(Integrator::Area), 16, Some(quad_light::radiance(x, z)[1]));
     assert_holds("a spot under a lamp", &found);
     assert!(found.share > 0.9, "only {:.3} of the pixels are certified", found.share);
 }
 
 #[test]
 fn replicates() {
-    assert_holds("cornell", &coverage("cornell", &cornell_box::cornell_box(), Integrator::Mis, 16, None));
+    assert_holds("cornell", &coverage("cornell", &cornell_box::cornell_box(), &usual(Integrator::Mis), 16, None));
+}
+
+/// Below 256 samples, which no certificate is given for, a render takes all its points from one sequence. Batches then make up for each other,
+/// and the error that they tell is an upper bound. It is little too large for most pixels, and so early the skewness of the samples takes as much away
+/// again: intervals must hold at least as often as those of certified pixels must.
+#[test]
+fn intervals_of_one_scramble_hold() {
+    let settings = Settings { one_scramble: true, ..usual(Integrator::Mis) };
+    let found = coverage("cornell, one scramble", &cornell_box::cornell_box(), &settings, 4, None);
+    assert!(
+        found.all > 0.93 && found.share == 0.0,
+        "intervals hold for {:.4}, certified {:.4}",
+        found.all,
+        found.share
+    );
 }
 
 /// Caustics and light seen through glass come by chance: few pixels are certified, and those hold.
 #[test]
 fn intervals_hold_behind_glass_where_they_are_certified() {
-    let found = coverage("glass", &glass::glass(), Integrator::Mis, 16, None);
+    let found = coverage("glass", &glass::glass(), &usual(Integrator::Mis), 16, None);
     assert_holds("glass", &found);
     assert!(found.all < 0.93, "without the certificate, intervals would hold as well: {:.4}", found.all);
     assert!(found.share < 0.5, "{:.3} of the pixels are certified", found.share);

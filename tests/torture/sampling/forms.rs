@@ -174,7 +174,8 @@ fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
             let settings = Settings { one_scramble, seed, ..Settings::new(24, 24) };
             let mut renderer = Renderer::new(device(), &prepare(&scene, &settings)).expect("the kernel compiles");
             let mut film = Film::new(24, 24);
-            for (first, batches, samples) in [(0, 1, 1), (1, 1, 1), (2, 1, 2), (3, 15, 4)] {
+            // With one scramble, batches are numbered by their first sample; these numbers do for both.
+            for (first, batches, samples) in [(0, 1, 1), (1, 1, 1), (2, 1, 2), (4, 15, 4)] {
                 renderer.trace(&mut film, first, batches, samples, &mut |_| true).expect("the scene is traced");
             }
             all(&film).map(|i| film.mean(i)[1]).collect()

@@ -70,7 +70,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         max_bounces: args.max_bounces.0,
         integrator: args.method.integrator(),
         sampler: args.method.sampler(),
-        one_scramble: args.one_scramble,
+        one_scramble: args.is_one_sequence(),
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

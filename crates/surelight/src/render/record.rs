@@ -125,7 +125,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Map<Stri
         ("integrator", json!(word(method.integrator))),
         ("directions", json!(method.directions_in_force().map(word))),
         ("sampler", json!(word(method.sampler))),
-        ("one-scramble", json!(args.one_scramble.then_some(true))),
+        ("scrambles", json!(args.is_one_sequence().then_some(1))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),

@@ -23,12 +23,6 @@ impl Finished<'_> {
                 truncated
             ));
         }
-        if self.args.one_scramble {
-            warnings.push(
-                "all samples of a pixel are of one sequence; the error is told as if batches were independent, which overstates it"
-                    .into(),
-            );
-        }
         Summary {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.args.scene.display().to_string(),
@@ -60,7 +54,7 @@ impl Finished<'_> {
             mrays_per_second: mega_rate(self.counts.rays, self.seconds.trace),
             mpaths_per_second: mega_rate(self.counts.paths, self.seconds.trace),
             tried: self.tried.clone(),
-            relative_error: self.film.error_summary().map(RelativeError::from),
+            relative_error: self.film.error_summary().map(|e| RelativeError::new(e, self.args.is_one_sequence())),
             intervals: self.intervals(),
             dropped_samples: self.record.dropped(&self.counts),
             truncated_rays: truncated,
