@@ -1,5 +1,4 @@
-//! Real files: every valid one of a corpus loads with the triangles that its index states, and no malformed one panics or
-//! hangs. Runs where `SURELIGHT_CORPUS` names the folder; prints a table of every file with its outcome.
+//! Every valid file loads with the triangles that the index states, and no malformed one panics or hangs.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -8,16 +7,10 @@ use std::time::{Duration, Instant};
 
 use surelight_scene::{LoadOptions, load, load_environment};
 
+use crate::{corpus, files_below};
+
 /// No file may take longer.
 const LIMIT: Duration = Duration::from_secs(10);
-
-fn corpus() -> Option<PathBuf> {
-    let folder = std::env::var_os("SURELIGHT_CORPUS").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("SURELIGHT_CORPUS is not set: nothing is checked.");
-    }
-    folder
-}
 
 /// What loading a file gave: triangles (or texels) and warnings, or the message.
 type Outcome = Result<(usize, Vec<String>), String>;
@@ -137,24 +130,6 @@ fn valid_files_load_with_their_triangles() {
         }
     }
     assert!(failures.is_empty(), "{failures:#?}");
-}
-
-/// Files below a folder whose names end like scenes or environment maps.
-fn files_below(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).expect("folder").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if matches!(path.extension().and_then(|e| e.to_str()), Some("gltf" | "glb" | "exr" | "hdr")) {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
-    files
 }
 
 #[test]
