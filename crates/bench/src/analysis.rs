@@ -10,6 +10,15 @@ use crate::data::{Row, SceneData};
 /// Confidence of every interval in a report.
 pub const CONFIDENCE: f64 = 0.95;
 
+/// Where a method's time goes; the kernel is one, so that the device has no stages within.
+pub const STAGES: [&str; 5] = [
+    "BVH, lights, textures",
+    "compiling, upload",
+    "reading back, film",
+    "submitting, waiting",
+    "tracing on the device",
+];
+
 /// A checkpoint over all repeats that reached it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
@@ -36,7 +45,7 @@ pub struct Interval {
 
 impl Interval {
     /// Mean of independent figures and its Student interval; infinite for one figure alone.
-    fn of(figures: &[f64]) -> Option<Self> {
+    pub(crate) fn of(figures: &[f64]) -> Option<Self> {
         let moments: Moments = figures.iter().copied().collect();
         if moments.count() == 0 {
             return None;
@@ -223,14 +232,20 @@ impl SceneData {
         points
     }
 
-    /// Seconds on the wall of a method: setting up, compiling, adding up samples on the host, dispatches; all repeats.
-    pub fn stages(&self, method: usize) -> [f64; 4] {
+    /// Seconds on the wall of a method, all repeats, in the order of [`STAGES`].
+    pub fn stages(&self, method: usize) -> [f64; STAGES.len()] {
         let data = &self.methods[method];
         let last = data.checkpoints.last();
         let ends = || self.rows_of(method).filter(|r| Some(&r.spp) == last);
-        let device: f64 = ends().map(|r| r.device_seconds).sum();
-        let wall: f64 = ends().map(|r| r.wall_seconds).sum();
-        [data.prepare_seconds, data.compile_seconds, (wall - device).max(0.0), device]
+        let sum = |of: &dyn Fn(&Row) -> f64| ends().map(of).sum::<f64>();
+        let device = sum(&|r| r.device_seconds);
+        let waiting = sum(&|r| r.dispatch_seconds.map_or(0.0, |all| (all - r.device_seconds).max(0.0)));
+        // Older reports know the host's part as a whole only.
+        let host = sum(&|r| match (r.read_seconds, r.film_seconds) {
+            (Some(read), Some(film)) => read + film,
+            _ => (r.wall_seconds - r.device_seconds).max(0.0),
+        });
+        [data.prepare_seconds, data.compile_seconds, host, waiting, device]
     }
 
     /// The methods by their mean time to an error, fastest first.

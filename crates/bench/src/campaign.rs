@@ -8,6 +8,7 @@ use crate::{
     conditions::Conditions,
     data::{Data, SCHEMA, SceneData},
     error::BenchError,
+    overlay::doubts,
     plan::Plan,
     race::{Status, race},
     report::{read_data, write_data, write_report},
@@ -76,6 +77,13 @@ pub fn campaign(
     }
     if data.scenes.is_empty() {
         return Err(BenchError::Interrupted);
+    }
+    for scene in &mut data.scenes {
+        for doubt in doubts(&plan.peers, scene) {
+            if !scene.warnings.contains(&doubt) {
+                scene.warnings.push(doubt);
+            }
+        }
     }
     write_report(folder, &data, &plan.peers)?;
     Ok((data, complete))

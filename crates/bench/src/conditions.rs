@@ -22,6 +22,9 @@ pub struct Conditions {
     pub backend: String,
     /// Whether the device is a software driver.
     pub software: bool,
+    /// What device seconds are: `timestamp queries`, or `waiting for dispatches` where the device has none; empty in older reports.
+    #[serde(default)]
+    pub device_clock: String,
     /// Processor.
     pub cpu: String,
     /// Its threads that this program may use.
@@ -46,6 +49,7 @@ impl Conditions {
             driver: device.driver.clone(),
             backend: device.backend.clone(),
             software: device.is_cpu,
+            device_clock: if device.timestamps { "timestamp queries" } else { "waiting for dispatches" }.into(),
             cpu: cpu().unwrap_or_else(|| "unknown processor".into()),
             threads: threads(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),

@@ -25,7 +25,7 @@ pub enum Clock {
     /// Seconds on the wall of tracing and adding up.
     #[default]
     Wall,
-    /// Seconds of the device: its dispatches, waiting for them included.
+    /// Seconds of dispatches by the device's own clock; waiting for them included where it has none.
     Device,
     /// Processor seconds over the number of cores: for software drivers on a machine that is shared.
     Cpu,
@@ -58,6 +58,9 @@ pub struct SceneData {
     pub reference: ReferenceData,
     /// The methods.
     pub methods: Vec<MethodData>,
+    /// What of the device's time goes into walking rays; `None` where it was not measured.
+    #[serde(default)]
+    pub walk: Option<WalkData>,
     /// Checkpoints, in the order in which they were measured.
     pub rows: Vec<Row>,
     /// What was not as it should be.
@@ -69,6 +72,9 @@ pub struct SceneData {
 pub struct ReferenceData {
     /// The method that made it, or the file.
     pub source: String,
+    /// Why this method; empty for a file and in older reports.
+    #[serde(default)]
+    pub reason: String,
     /// Samples a pixel; 0 where a file does not tell.
     pub spp: u64,
     /// Seconds it took.
@@ -81,6 +87,19 @@ pub struct ReferenceData {
     pub rel_mse: Option<f64>,
     /// Share of its pixels whose own error bar cannot be believed.
     pub uncertified: Option<f64>,
+}
+
+/// What of a kernel's time goes into walking rays through the BVH.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WalkData {
+    /// The method it was measured with.
+    pub method: String,
+    /// Share of the time.
+    pub share: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
 }
 
 /// A method and what it took to set it up.
@@ -118,8 +137,17 @@ pub struct Row {
     pub rays: u64,
     /// Camera paths so far.
     pub paths: u64,
-    /// Seconds of dispatches so far, waiting included.
+    /// Seconds of dispatches so far, by the device's own clock where it has one ([`Conditions::device_clock`]).
     pub device_seconds: f64,
+    /// Seconds from each dispatch's submission until it was known to be done; `None` in older reports.
+    #[serde(default)]
+    pub dispatch_seconds: Option<f64>,
+    /// Seconds of bringing sums from the device so far; likewise.
+    #[serde(default)]
+    pub read_seconds: Option<f64>,
+    /// Seconds of adding them to the film so far; likewise.
+    #[serde(default)]
+    pub film_seconds: Option<f64>,
     /// Seconds on the wall so far, tracing and adding up.
     pub wall_seconds: f64,
     /// Processor seconds over cores so far; `None` where the system does not tell.
@@ -186,7 +214,7 @@ impl SceneData {
 
 /// Columns of `data.csv`.
 pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,max_bounces,max_radiance,biased,repeat,spp,batches,\
-rays,paths,device_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\
+rays,paths,device_s,dispatch_s,read_s,film_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\
 uncertified,flip,dropped,truncated";
 
 impl Data {
@@ -214,6 +242,9 @@ impl Data {
                     row.rays.to_string(),
                     row.paths.to_string(),
                     number(row.device_seconds),
+                    maybe(row.dispatch_seconds),
+                    maybe(row.read_seconds),
+                    maybe(row.film_seconds),
                     number(row.wall_seconds),
                     maybe(row.cpu_seconds),
                     number(row.mean),

@@ -22,6 +22,8 @@ pub mod report;
 #[cfg(test)]
 mod testing;
 mod tracer;
+mod trial;
+mod walk;
 
 pub use campaign::{WatchAll, campaign};
 pub use error::BenchError;

@@ -1,8 +1,8 @@
-//! Other renderers' points on the same charts.
+//! Other renderers' points on the same charts: a CSV file, or the JSON of a race between renderers.
 
 use std::path::Path;
 
-use crate::error::BenchError;
+use crate::{data::SceneData, error::BenchError};
 
 /// A render by someone else.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,15 +17,73 @@ pub struct Peer {
     pub rel_mse: f64,
     /// Samples a pixel, where known.
     pub spp: Option<u32>,
+    /// Pixels of its picture, where known: seconds of pictures of another size do not compare.
+    pub pixels: Option<u64>,
 }
 
-/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and, if you like, `spp`, in any order and among others.
+/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and, if you like, `spp` and `pixels`, in any order and among
+/// others; or from a JSON array of races between renderers, whose objects have `scene`, `renderer`, `spp`, `relmse`, `efficiency` = 1/(relmse · seconds) and
+/// `mpaths`, million paths a second.
 ///
 /// # Errors
 /// Where the file cannot be read, lacks a column, or holds something else than numbers above zero.
 pub fn read_overlay(path: &Path) -> Result<Vec<Peer>, BenchError> {
     let text = std::fs::read_to_string(path).map_err(|e| BenchError::file(path, format!("cannot be read: {e}")))?;
-    parse(&text).map_err(|cause| BenchError::file(path, cause))
+    let points = if text.trim_start().starts_with(['[', '{']) { parse_races(&text) } else { parse(&text) };
+    points.map_err(|cause| BenchError::file(path, cause))
+}
+
+/// A row of a race between renderers.
+#[derive(serde::Deserialize)]
+struct Race {
+    scene: String,
+    renderer: String,
+    spp: u32,
+    relmse: f64,
+    efficiency: f64,
+    mpaths: f64,
+}
+
+fn parse_races(text: &str) -> Result<Vec<Peer>, String> {
+    let races: Vec<Race> =
+        serde_json::from_str(text).map_err(|e| format!("is no JSON array of races between renderers: {e}"))?;
+    // A relative mean square error below zero is one that the reference's noise has swallowed.
+    let known = races.into_iter().filter(|race| race.relmse > 0.0);
+    known
+        .map(|race| {
+            let seconds = 1.0 / (race.relmse * race.efficiency);
+            let paths = race.mpaths * 1e6 * seconds;
+            if !(seconds > 0.0 && seconds.is_finite() && paths > 0.0 && paths.is_finite() && race.spp > 0) {
+                return Err(format!("has no time that makes sense for {} on {}", race.renderer, race.scene));
+            }
+            Ok(Peer {
+                scene: race.scene,
+                renderer: race.renderer,
+                seconds,
+                rel_mse: race.relmse,
+                spp: Some(race.spp),
+                pixels: Some((paths / f64::from(race.spp)).round() as u64),
+            })
+        })
+        .collect()
+}
+
+/// What must be told of points before they are read off the charts of a scene.
+pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let pixels = u64::from(scene.width) * u64::from(scene.height);
+    if !peers.is_empty() && !peers.iter().any(|p| p.scene == scene.name) {
+        let mut names: Vec<&str> = peers.iter().map(|p| p.scene.as_str()).collect();
+        names.dedup();
+        doubts.push(format!("no point of the overlay is of {}, but of {}", scene.name, names.join(", ")));
+    }
+    let other = |p: &&Peer| p.scene == scene.name && p.pixels.is_some_and(|n| n.abs_diff(pixels) > pixels / 100);
+    if let Some(Peer { pixels: Some(n), .. }) = peers.iter().find(other) {
+        doubts.push(format!(
+            "other renderers' points are of pictures of {n} pixels, these have {pixels}: their seconds do not compare (--size chooses)"
+        ));
+    }
+    doubts
 }
 
 fn parse(text: &str) -> Result<Vec<Peer>, String> {
@@ -35,7 +93,8 @@ fn parse(text: &str) -> Result<Vec<Peer>, String> {
     let column = |name: &str| head.iter().position(|field| field == name);
     let needed = |name: &str| column(name).ok_or_else(|| format!("has no column \"{name}\""));
     let (scene, renderer) = (needed("scene")?, needed("renderer")?);
-    let (seconds, rel_mse, spp) = (needed("seconds")?, needed("rel_mse")?, column("spp"));
+    let (seconds, rel_mse) = (needed("seconds")?, needed("rel_mse")?);
+    let (spp, pixels) = (column("spp"), column("pixels"));
     let mut peers = Vec::new();
     for (number, line) in lines {
         let fields = fields(line);
@@ -53,13 +112,19 @@ fn parse(text: &str) -> Result<Vec<Peer>, String> {
             renderer: field(renderer).to_owned(),
             seconds: positive(seconds, "seconds")?,
             rel_mse: positive(rel_mse, "rel_mse")?,
-            spp: match spp.map(&field) {
-                None | Some("") => None,
-                Some(text) => Some(text.parse().map_err(|_| format!("has \"{text}\" for spp in line {}", number + 1))?),
-            },
+            spp: whole(spp.map(&field), "spp", number)?,
+            pixels: whole(pixels.map(&field), "pixels", number)?,
         });
     }
     Ok(peers)
+}
+
+/// A whole number, if there is one.
+fn whole<T: std::str::FromStr>(text: Option<&str>, name: &str, line: usize) -> Result<Option<T>, String> {
+    match text {
+        None | Some("") => Ok(None),
+        Some(text) => text.parse().map(Some).map_err(|_| format!("has \"{text}\" for {name} in line {}", line + 1)),
+    }
 }
 
 /// Fields of a line; those with commas stand in quotes.
@@ -88,11 +153,47 @@ mod tests {
     #[test]
     fn columns_are_found_by_name() {
         let peers = parse("renderer,notes,seconds,scene,rel_mse\n\"a, \"\"b\"\"\",x,1.5,box,1e-3\n\n").unwrap();
-        let expected =
-            Peer { scene: "box".into(), renderer: "a, \"b\"".into(), seconds: 1.5, rel_mse: 1e-3, spp: None };
+        let expected = Peer {
+            scene: "box".into(),
+            renderer: "a, \"b\"".into(),
+            seconds: 1.5,
+            rel_mse: 1e-3,
+            spp: None,
+            pixels: None,
+        };
         assert_eq!(peers, [expected]);
-        let with_samples = parse("scene,renderer,seconds,rel_mse,spp\nbox,a,1,0.1,64\nbox,a,2,0.05,\n").unwrap();
-        assert_eq!(with_samples.iter().map(|p| p.spp).collect::<Vec<_>>(), [Some(64), None]);
+        let with_samples =
+            parse("scene,renderer,seconds,rel_mse,spp,pixels\nbox,a,1,0.1,64,100\nbox,a,2,0.05,,\n").unwrap();
+        let known: Vec<_> = with_samples.iter().map(|p| (p.spp, p.pixels)).collect();
+        assert_eq!(known, [(Some(64), Some(100)), (None, None)]);
+    }
+
+    #[test]
+    fn races_between_renderers_are_read() {
+        // 64 samples of 256×256 pixels at 4 Mpaths/s take 1.048576 s.
+        let race = r#"[{"scene": "box", "renderer": "elsewhere", "spp": 64, "mpaths": 4.0, "relmse": 0.005,
+            "efficiency": 190.73486328125, "fixed": 0.3, "mean_ratio": 1.0, "of_best_peer": 1.0},
+            {"scene": "box", "renderer": "too good", "spp": 64, "mpaths": 4.0, "relmse": -1e-9, "efficiency": -1.0}]"#;
+        let peers = parse_races(race).unwrap();
+        assert_eq!(peers.len(), 1);
+        assert!((peers[0].seconds - 1.048_576).abs() < 1e-9 && peers[0].rel_mse == 0.005);
+        assert_eq!((peers[0].spp, peers[0].pixels), (Some(64), Some(65_536)));
+        let scene = |name: &str, side| SceneData {
+            name: name.into(),
+            width: side,
+            height: side,
+            ..crate::testing::synthetic(1, &[1.0], 0.0, 0.0)
+        };
+        assert!(doubts(&peers, &scene("box", 256)).is_empty() && doubts(&[], &scene("box", 9)).is_empty());
+        assert!(doubts(&peers, &scene("box", 160))[0].contains("65536 pixels, these have 25600"));
+        assert!(doubts(&peers, &scene("other", 256))[0].contains("no point of the overlay is of other, but of box"));
+        for (text, words) in [
+            ("[{\"scene\": 1}]", "is no JSON array of races"),
+            ("{\"scenes\": []}", "is no JSON array of races"),
+            (&race.replace("190.73486328125", "0"), "no time that makes sense for elsewhere on box"),
+        ] {
+            assert!(parse_races(text).unwrap_err().contains(words), "{text}");
+        }
     }
 
     #[test]

@@ -12,9 +12,11 @@ use crate::{
     measure::{Reference, flip, measure},
     method::Method,
     pictures,
-    plan::{Budget, Cost, MOST_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
+    plan::{Budget, MOST_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
     reference::{self, Made},
     tracer::{Run, Setup, Subject, Tracers},
+    trial::{Trials, try_out},
+    walk,
 };
 
 /// How a race stands.
@@ -56,11 +58,14 @@ pub fn race(
         watch,
     };
     let Some(setups) = race.set_up()? else { return Ok(false) };
-    let Some(costs) = race.try_out()? else { return Ok(false) };
-    let lengths = plan.lengths(&costs, race.started.elapsed().as_secs_f64());
-    let Some(made) = race.reference(&costs, &lengths, data.as_ref())? else { return Ok(false) };
+    let Some(trials) = race.try_out()? else { return Ok(false) };
+    let lengths = plan.lengths(&trials.costs[..plan.methods.len()], race.started.elapsed().as_secs_f64());
+    let Some(made) = race.reference(&trials, &lengths, data.as_ref())? else { return Ok(false) };
     let scene = data.get_or_insert_with(|| race.begin(&setups, &lengths, &made));
-    race.measure_all(scene, &made.reference, save)
+    if !race.measure_all(scene, &made.reference, save)? {
+        return Ok(false);
+    }
+    race.walk(device, scene, save)
 }
 
 /// The work in seconds, as far as it can be told beforehand.
@@ -98,36 +103,29 @@ impl Race<'_, '_> {
         Ok(Some(setups))
     }
 
-    /// Seconds of a sample a pixel, by each method; this also warms up.
-    fn try_out(&mut self) -> Result<Option<Vec<Cost>>, BenchError> {
-        let mut costs = Vec::new();
-        for method in &self.plan.methods {
-            if !self.tell(format!("trying out {}", method.name()), 0.0) {
-                return Ok(None);
-            }
-            let settings = method.settings(&self.subject.settings);
-            let renderer = self.tracers.of(method)?;
-            let mut run = Run::new(&settings, u32::from(u16::MAX), renderer);
-            run.grow_to(renderer, 1, None, &mut || true)?;
-            let (first, clock) = (run.wall_seconds, self.plan.clock);
-            let more = (0.3 / first.max(1e-4)).clamp(1.0, 16.0) as u32;
-            let before = run.seconds(clock);
-            run.grow_to(renderer, 1 + more, None, &mut || true)?;
-            let wall = (run.wall_seconds - first) / f64::from(more);
-            let clocked = (run.seconds(clock) - before) / f64::from(more);
-            costs.push(Cost { clock: clocked.max(0.1 * wall).max(1e-7), wall: wall.max(1e-7) });
+    /// What a sample of each method costs, and which shall make the reference.
+    fn try_out(&mut self) -> Result<Option<Trials>, BenchError> {
+        let mut methods = self.plan.methods.clone();
+        // The default is tried even where it is not raced: it may have to make the reference.
+        if self.plan.reference.is_none() && !methods.contains(&Method::DEFAULT) {
+            methods.push(Method::DEFAULT);
         }
-        Ok(Some(costs))
+        let Self { tracers, watch, started, subject, plan, .. } = self;
+        let mut tell = |method: &Method| {
+            let stage = format!("trying out {}", method.name());
+            watch(&Status { stage, share: 0.0, seconds: started.elapsed().as_secs_f64() })
+        };
+        Ok(try_out(tracers, subject, &methods, plan.clock, &mut tell)?)
     }
 
     /// The image errors are measured from: given, left by an interrupted race, or rendered.
     fn reference(
         &mut self,
-        costs: &[Cost],
+        trials: &Trials,
         lengths: &[u32],
         earlier: Option<&SceneData>,
     ) -> Result<Option<Made>, BenchError> {
-        let plan = self.plan;
+        let (plan, costs) = (self.plan, &trials.costs);
         let settings = &self.subject.settings;
         let size = [settings.width, settings.height];
         let all: f64 = costs.iter().zip(lengths).map(|(cost, &n)| cost.wall * f64::from(n)).sum();
@@ -141,13 +139,11 @@ impl Race<'_, '_> {
             made.data = earlier.reference.clone();
             return Ok(Some(made));
         }
-        // The default finds light in every way that the others do; a method that misses some would be no judge of them.
-        let method = Method::DEFAULT;
+        let method = trials.reference;
         let known = plan.methods.iter().position(|m| *m == method);
-        let a_sample = match known {
-            Some(index) => costs[index].wall,
-            None => costs.iter().map(|c| c.wall).sum::<f64>() / costs.len() as f64,
-        };
+        // Another sampler's cost is that of the same integrator, or of the default, which was tried last.
+        let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator);
+        let a_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
         let longest = lengths.iter().copied().max().unwrap_or(1);
         let samples = match plan.budget {
             Budget::Samples(n) => 8.0 * f64::from(n),
@@ -166,7 +162,9 @@ impl Race<'_, '_> {
             watch(&Status { stage, share, seconds: started.elapsed().as_secs_f64() })
         })?;
         self.work.done += f64::from(samples) * a_sample;
-        if let Some(Made { film: Some(film), data, .. }) = &made {
+        let mut made = made;
+        if let Some(Made { film: Some(film), data, .. }) = &mut made {
+            data.reason.clone_from(&trials.reason);
             reference::save(&kept, film, data, &self.subject.hash)?;
             let display = self.display();
             write_png(&self.folder.join("reference.png"), film, &display)?;
@@ -208,6 +206,7 @@ impl Race<'_, '_> {
                     device_bytes: setup.device_bytes,
                 })
                 .collect(),
+            walk: None,
             rows: Vec::new(),
             warnings: warnings.clone(),
         }
@@ -239,6 +238,27 @@ impl Race<'_, '_> {
             }
         }
         Ok(true)
+    }
+
+    /// What of the time the walk takes, by the default where it is raced.
+    fn walk(
+        &mut self,
+        device: &Device,
+        scene: &mut SceneData,
+        save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
+    ) -> Result<bool, BenchError> {
+        let default = self.plan.methods.iter().find(|m| **m == Method::DEFAULT);
+        let Some(method) = default.or_else(|| self.plan.methods.first()).filter(|_| scene.walk.is_none()) else {
+            return Ok(true);
+        };
+        let Self { watch, started, subject, plan, .. } = self;
+        let mut go_on = || {
+            let stage = format!("how much of {} is walking rays", method.name());
+            watch(&Status { stage, share: 1.0, seconds: started.elapsed().as_secs_f64() })
+        };
+        scene.walk = walk::measure(device, subject, method, plan.clock, &mut go_on)?;
+        save(scene)?;
+        Ok(scene.walk.is_some())
     }
 
     /// One repeat of one method, checkpoint after checkpoint.
@@ -304,7 +324,10 @@ fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Optio
         batches: run.batches,
         rays: run.counts.rays,
         paths: run.counts.paths,
-        device_seconds: run.counts.trace_seconds,
+        device_seconds: run.counts.device_seconds,
+        dispatch_seconds: Some(run.counts.trace_seconds),
+        read_seconds: Some(run.counts.read_seconds),
+        film_seconds: Some(run.counts.film_seconds),
         wall_seconds: run.wall_seconds,
         cpu_seconds: run.cpu_seconds,
         mean: errors.mean,

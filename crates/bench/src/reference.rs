@@ -1,4 +1,4 @@
-//! The reference: a long render by the method that finds light in every way that the others do, or an image that is given.
+//! The reference: a long render by the best method without bias, or an image that is given.
 
 use std::path::Path;
 

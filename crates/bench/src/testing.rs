@@ -53,7 +53,10 @@ pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> S
                     batches: spp.min(16),
                     paths: 4096 * u64::from(spp),
                     rays: 16_384 * u64::from(spp),
-                    device_seconds: seconds,
+                    device_seconds: 0.9 * seconds,
+                    dispatch_seconds: Some(0.95 * seconds),
+                    read_seconds: Some(0.02 * seconds),
+                    film_seconds: Some(0.03 * seconds),
                     wall_seconds: seconds,
                     mean: 1.0 + bias + mean_se * normal(),
                     mean_se: Some(mean_se),
@@ -81,6 +84,7 @@ pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> S
         load_seconds: 0.1,
         reference: crate::data::ReferenceData {
             source: "mis/sobol".into(),
+            reason: String::new(),
             spp: 4096,
             seconds: 9.0,
             mean: 1.0,
@@ -89,6 +93,7 @@ pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> S
             uncertified: None,
         },
         methods,
+        walk: None,
         rows,
         warnings: Vec::new(),
     }

@@ -144,7 +144,7 @@ impl Run {
     pub(crate) fn seconds(&self, clock: Clock) -> f64 {
         match clock {
             Clock::Wall => self.wall_seconds,
-            Clock::Device => self.counts.trace_seconds,
+            Clock::Device => self.counts.device_seconds,
             Clock::Cpu => self.cpu_seconds.unwrap_or(self.wall_seconds),
         }
     }
@@ -190,6 +190,9 @@ impl Run {
             dropped: now.dropped - then.dropped,
             truncated: now.truncated - then.truncated,
             trace_seconds: now.trace_seconds - then.trace_seconds,
+            device_seconds: now.device_seconds - then.device_seconds,
+            read_seconds: now.read_seconds - then.read_seconds,
+            film_seconds: now.film_seconds - then.film_seconds,
             dispatches: now.dispatches - then.dispatches,
         };
         Ok(true)

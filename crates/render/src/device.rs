@@ -36,6 +36,8 @@ pub struct AdapterInfo {
     pub max_binding: u64,
     /// Texels along a side of an image.
     pub max_image_side: u32,
+    /// Whether it takes the time of its own work, by timestamp queries.
+    pub timestamps: bool,
 }
 
 /// An open device and its queue.
@@ -66,6 +68,7 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
         is_cpu: info.device_type == wgpu::DeviceType::Cpu,
         max_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
         max_image_side: limits.max_texture_dimension_2d,
+        timestamps: adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY),
     }
 }
 
@@ -109,7 +112,7 @@ impl Device {
         let limits = adapter.limits();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("surelight"),
-            required_features: wgpu::Features::empty(),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,

@@ -142,4 +142,6 @@ features! {
     one_scramble,
     /// Paths end at the bounce limit alone: for tests of roulette.
     no_roulette,
+    /// Rays are walked several times, to measure what a walk costs.
+    repeat_walk,
 }

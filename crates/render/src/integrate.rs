@@ -262,7 +262,7 @@ impl<'a> Integrand<'a> {
         device.scoped("a dispatch", || {
             device.queue.write_buffer(&self.task, 0, bytemuck::bytes_of(task));
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            kernel.record(&mut encoder, task.count.div_ceil(GROUP));
+            kernel.record(&mut encoder, task.count.div_ceil(GROUP), None);
             encoder.copy_buffer_to_buffer(&self.results, 0, &self.readback, 0, size);
             device.queue.submit([encoder.finish()]);
         })?;

@@ -82,9 +82,14 @@ impl Kernel {
         })?
     }
 
-    /// Records a dispatch of `workgroups` along x.
-    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, workgroups: u32) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes: None });
+    /// Records a dispatch of `workgroups` along x, timed if there is something to time it with.
+    pub(crate) fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        workgroups: u32,
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes });
         pass.set_pipeline(&self.pipeline);
         for (index, group) in &self.groups {
             pass.set_bind_group(*index, group, &[]);

@@ -19,7 +19,7 @@ pub(crate) struct Pass {
     pub(crate) lanes: u32,
     pub(crate) threads: u32,
     pub(crate) restart: u32,
-    pub(crate) unused: u32,
+    pub(crate) walks: u32,
 }
 
 /// Twin of `Control` in `shaders/kernel/lanes.wesl`.

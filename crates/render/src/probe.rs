@@ -48,7 +48,7 @@ pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     let kernel = Kernel::new(device, &shader, entry, Checks::Full, &resources)?;
     device.scoped("a probe", || {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        kernel.record(&mut encoder, queries.len().div_ceil(GROUP) as u32);
+        kernel.record(&mut encoder, queries.len().div_ceil(GROUP) as u32, None);
         encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, size);
         device.queue.submit([encoder.finish()]);
     })?;

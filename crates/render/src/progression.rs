@@ -167,8 +167,15 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
             let (batch, spp) = (self.batch, self.spp);
             if !self.trace(film, until, batches, samples, observer)? {
                 // Thrown away with the pass; the time is spent.
-                let Counts { trace_seconds, dispatches, .. } = self.renderer.counts;
-                self.renderer.counts = Counts { trace_seconds, dispatches, ..before };
+                let spent = self.renderer.counts;
+                self.renderer.counts = Counts {
+                    trace_seconds: spent.trace_seconds,
+                    device_seconds: spent.device_seconds,
+                    read_seconds: spent.read_seconds,
+                    film_seconds: spent.film_seconds,
+                    dispatches: spent.dispatches,
+                    ..before
+                };
                 return Ok(Some(Outcome::Interrupted));
             }
             self.seconds_a_sample = Some(pass_started.elapsed().as_secs_f64() / f64::from(batches * samples));

@@ -14,6 +14,7 @@ use crate::{
     prepare::{Prepared, View},
     reflect::RecordLayout,
     resources::scene_resources,
+    stopwatch::{self, Stopwatch},
     upload::Uploader,
 };
 
@@ -38,6 +39,9 @@ const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
 const LEAST_BUDGET: u32 = 64;
 const MOST_BUDGET: u32 = 4096;
 
+/// Bytes of the record that a dispatch reports with.
+const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
+
 /// Rays of a pixel that albedo and normal are averaged over.
 const FEATURE_SAMPLES: u32 = 16;
 
@@ -54,6 +58,12 @@ pub struct Counts {
     pub truncated: u64,
     /// Seconds of dispatches, waiting included.
     pub trace_seconds: f64,
+    /// Seconds of dispatches by the device's own clock; those of waiting where it has none ([`crate::AdapterInfo::timestamps`]).
+    pub device_seconds: f64,
+    /// Seconds of bringing sums from the device.
+    pub read_seconds: f64,
+    /// Seconds of adding them to the film.
+    pub film_seconds: f64,
     /// Dispatches.
     pub dispatches: u64,
 }
@@ -78,6 +88,7 @@ pub struct Renderer<'a> {
     pass_buffer: wgpu::Buffer,
     control: wgpu::Buffer,
     control_readback: wgpu::Buffer,
+    stopwatch: Option<Stopwatch>,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
@@ -86,6 +97,7 @@ pub struct Renderer<'a> {
     threads: u32,
     most_lanes: u32,
     budget: u32,
+    walks: u32,
     most_batches: u32,
     /// What has been done so far.
     pub counts: Counts,
@@ -131,7 +143,7 @@ impl<'a> Renderer<'a> {
         let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
         let control = up.buffer("the control record", &[Control::default()], storage)?;
         let control_readback =
-            up.zeros("the control record's copy", size_of::<Control>() as u64, U::MAP_READ | U::COPY_DST)?;
+            up.zeros("the control record's copy", CONTROL_BYTES + stopwatch::BYTES, U::MAP_READ | U::COPY_DST)?;
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
         let sum_bytes = lanes * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
@@ -161,6 +173,7 @@ impl<'a> Renderer<'a> {
             pass_buffer,
             control,
             control_readback,
+            stopwatch: Stopwatch::new(device)?,
             sums,
             feature_pixels,
             readback,
@@ -168,6 +181,7 @@ impl<'a> Renderer<'a> {
             threads,
             most_lanes,
             budget: 512,
+            walks: 1,
             most_batches,
             counts: Counts::default(),
         };
@@ -189,6 +203,7 @@ impl<'a> Renderer<'a> {
             size: tile.size,
             lanes: tile.lanes(self.threads),
             threads: self.threads,
+            walks: self.walks,
             ..Pass::default()
         }
     }
@@ -197,6 +212,12 @@ impl<'a> Renderer<'a> {
     pub fn set_seed(&self, seed: u32) {
         let offset = std::mem::offset_of!(View, seed) as u64;
         self.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
+    }
+
+    /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it
+    /// costs more is the walk's.
+    pub fn set_walks(&mut self, walks: u32) {
+        self.walks = walks.max(1);
     }
 
     /// Most batches that one call of [`Self::trace`] can hold.
@@ -226,8 +247,11 @@ impl<'a> Renderer<'a> {
             if !self.trace_tile(&pass, observer)? {
                 return Ok(false);
             }
+            let started = Instant::now();
             results.push((tile, self.read_sums(&pass)?));
+            self.counts.read_seconds += started.elapsed().as_secs_f64();
         }
+        let started = Instant::now();
         for (tile, sums) in results {
             let lanes = tile.lanes(self.threads);
             let pixels = tile.pixels(lanes, &film.window());
@@ -239,6 +263,7 @@ impl<'a> Renderer<'a> {
                     .map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
             }
         }
+        self.counts.film_seconds += started.elapsed().as_secs_f64();
         Ok(true)
     }
 
@@ -260,8 +285,9 @@ impl<'a> Renderer<'a> {
         loop {
             let started = Instant::now();
             let budget = self.budget;
-            let report = self.dispatch(&Pass { budget, restart, ..*pass })?;
+            let (report, on_device) = self.dispatch(&Pass { budget, restart, ..*pass })?;
             let seconds = started.elapsed();
+            self.counts.device_seconds += on_device.unwrap_or(seconds.as_secs_f64());
             self.counts.trace_seconds += seconds.as_secs_f64();
             self.counts.dispatches += 1;
             self.counts.rays += u64::from(report.rays);
@@ -283,29 +309,37 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// One dispatch; afterwards every workgroup must have reported.
-    fn dispatch(&self, pass: &Pass) -> Result<Control, RenderError> {
+    /// One dispatch, and its seconds by the device's clock; afterwards every workgroup must have reported.
+    fn dispatch(&self, pass: &Pass) -> Result<(Control, Option<f64>), RenderError> {
         self.run(pass, &self.kernel)
     }
 
-    fn run(&self, pass: &Pass, kernel: &Kernel) -> Result<Control, RenderError> {
+    fn run(&self, pass: &Pass, kernel: &Kernel) -> Result<(Control, Option<f64>), RenderError> {
         let workgroups = pass.lanes / GROUP;
         let device = self.device;
-        let size = size_of::<Control>() as u64;
+        let watch = self.stopwatch.as_ref();
         device.scoped("a dispatch", || {
             device.queue.write_buffer(&self.pass_buffer, 0, bytemuck::bytes_of(pass));
             device.queue.write_buffer(&self.control, 0, bytemuck::bytes_of(&Control::default()));
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            kernel.record(&mut encoder, workgroups);
-            encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, size);
+            kernel.record(&mut encoder, workgroups, watch.map(Stopwatch::around));
+            encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, CONTROL_BYTES);
+            if let Some(watch) = watch {
+                watch.record(&mut encoder, &self.control_readback, CONTROL_BYTES);
+            }
             device.queue.submit([encoder.finish()]);
         })?;
-        let report: Control = device.read(&self.control_readback, size, bytemuck::pod_read_unaligned)?;
+        let size = CONTROL_BYTES + watch.map_or(0, |_| stopwatch::BYTES);
+        let (report, timestamps) = device.read(&self.control_readback, size, |bytes| {
+            let (control, timestamps) = bytes.split_at(size_of::<Control>());
+            let timestamps = (!timestamps.is_empty()).then(|| bytemuck::pod_read_unaligned::<[u64; 2]>(timestamps));
+            (bytemuck::pod_read_unaligned::<Control>(control), timestamps)
+        })?;
         if report.workgroups != workgroups {
             let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
             return Err(RenderError::LostWork { message });
         }
-        Ok(report)
+        Ok((report, watch.zip(timestamps).and_then(|(watch, ends)| watch.seconds(ends))))
     }
 
     /// Wipes what an earlier tile left, so that a batch that is not written shows.
@@ -347,7 +381,7 @@ impl<'a> Renderer<'a> {
             let pass = Pass { samples: FEATURE_SAMPLES, ..self.pass_of(&tile) };
             for i in 0..=FEATURE_SAMPLES {
                 let ray = Pass { first_batch: i, restart: u32::from(i == 0), ..pass };
-                self.counts.truncated += u64::from(self.run(&ray, &self.feature_kernel)?.truncated);
+                self.counts.truncated += u64::from(self.run(&ray, &self.feature_kernel)?.0.truncated);
             }
             let records: Vec<FeaturePixel> =
                 self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;

@@ -78,8 +78,13 @@ pub fn try_integrators(
             films[i].push(film);
         }
     }
-    let weights = weights(&films);
-    Ok((0..integrators.len()).map(|i| judge(integrators[i], &films[i], &seconds[i], &weights)).collect())
+    Ok(judge_trials(integrators, &films, &seconds))
+}
+
+/// How integrators did, by the films of their rounds, each of batches of one sample and all of one view, and by each round's seconds for a sample of a pixel.
+pub fn judge_trials(integrators: &[Integrator], films: &[Vec<Film>], seconds: &[Vec<f64>]) -> Vec<Trial> {
+    let weights = weights(films);
+    (0..integrators.len()).map(|i| judge(integrators[i], &films[i], &seconds[i], &weights)).collect()
 }
 
 /// For each pixel, 1/(mean² + floor), by the samples of all integrators together.

@@ -50,10 +50,7 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
                 max_radiance
             }),
         ),
-        (
-            "Pass",
-            layout!(Pass { corner, size, first_batch, batches, samples, budget, lanes, threads, restart, unused }),
-        ),
+        ("Pass", layout!(Pass { corner, size, first_batch, batches, samples, budget, lanes, threads, restart, walks })),
         ("Control", layout!(Control { workgroups, unfinished, rays, paths, dropped, truncated })),
         ("BatchSum", layout!(BatchSum { sum, tail })),
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),

@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 13] = [
+const CHOSEN: [&str; 14] = [
     "items_image",
     "lens",
     "receiver",
@@ -30,6 +30,7 @@ const CHOSEN: [&str; 13] = [
     "sampler_stratified",
     "one_scramble",
     "no_roulette",
+    "repeat_walk",
 ];
 
 /// A scene laid open; its fields are the keys of `--json`.

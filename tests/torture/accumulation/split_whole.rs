@@ -80,6 +80,23 @@ fn however_the_picture_is_cut_into_tiles() {
     }
 }
 
+/// A kernel that walks rays again and again, to be timed, makes the same picture.
+#[test]
+fn however_often_rays_are_walked() {
+    let mut prepared = cornell(6);
+    let whole = passes(&mut Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")), &[BATCHES]);
+    prepared.features.repeat_walk = true;
+    let mut repeating = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    for walks in [1, 3] {
+        repeating.set_walks(walks);
+        let before = repeating.counts;
+        assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} walks a ray");
+        assert!(repeating.counts.device_seconds > before.device_seconds);
+    }
+    // The clock of the device cannot show more than the wait for it.
+    assert!(repeating.counts.device_seconds <= repeating.counts.trace_seconds * 1.001);
+}
+
 /// Pixels are known by their number in the whole picture: crops trace these alone, and put together they are the whole.
 #[test]
 fn however_the_picture_is_cropped() {

@@ -6,6 +6,7 @@ mod lines;
 mod rows;
 
 use crate::{
+    analysis::STAGES,
     data::{Clock, SceneData},
     error::BenchError,
     overlay::Peer,
@@ -239,7 +240,7 @@ pub fn stages(scene: &SceneData) -> Result<Chart, BenchError> {
         x: Axis::linear(0.0, (1.02 * longest).max(1e-3), Unit::Plain),
         x_label: "seconds on the wall, all repeats".into(),
         rows,
-        parts: ["BVH, lights, textures", "compiling, upload", "adding up samples", "tracing"].map(Into::into).to_vec(),
+        parts: STAGES.map(Into::into).to_vec(),
     };
     both("stages", |format| chart.draw(format))
 }
@@ -254,7 +255,14 @@ mod tests {
         let mut scene = synthetic(1, &[1.0, 2.0], 0.02, 0.0);
         scene.methods[1].biased = Some("on purpose".into());
         scene.methods[0].name = "a<b>&c".into();
-        let peer = Peer { scene: "synthetic".into(), renderer: "other".into(), seconds: 1.0, rel_mse: 0.01, spp: None };
+        let peer = Peer {
+            scene: "synthetic".into(),
+            renderer: "other".into(),
+            seconds: 1.0,
+            rel_mse: 0.01,
+            spp: None,
+            pixels: None,
+        };
         let charts = [
             convergence(&scene, std::slice::from_ref(&peer), false),
             convergence(&scene, &[], true),

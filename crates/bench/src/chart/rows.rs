@@ -40,8 +40,12 @@ pub(super) struct Rows {
 
 const ROW: i32 = 26 * SCALE;
 
-/// Colours of parts, from light to dark, so that they read in grey: three of the safe ones and a grey.
-const PARTS: [RGBColor; 4] = [RGBColor(190, 190, 190), COLORS[6], COLORS[5], COLORS[0]];
+/// Where the legend begins.
+const LEGEND_LEFT: i32 = 14 * SCALE;
+const LEGEND_TOP: i32 = 52 * SCALE;
+
+/// Colours of parts, so that neighbours differ in grey too: safe ones and a grey.
+const PARTS: [RGBColor; 5] = [RGBColor(190, 190, 190), COLORS[6], COLORS[5], RGBColor(240, 228, 66), COLORS[0]];
 
 impl Rows {
     /// Draws the chart.
@@ -51,18 +55,15 @@ impl Rows {
         let row = if small { 2 * ROW - 6 * SCALE } else { ROW };
         let names = self.rows.iter().map(|(name, _)| text_width(name, TEXT)).max().unwrap_or(0);
         let left = if small { 14 * SCALE } else { names + 24 * SCALE };
-        let legend: i32 = match (self.parts.len() as i32, small) {
-            (0, _) => 0,
-            (n, true) => n * 20 * SCALE + 10 * SCALE,
-            (_, false) => 30 * SCALE,
-        };
         let width = if small { 380 * SCALE } else { (left + 560 * SCALE).max(860 * SCALE) };
+        let places = self.legend_places(width, small);
+        let legend = places.last().map_or(0, |&(_, y)| y - LEGEND_TOP + 30 * SCALE);
         let top = 44 * SCALE + legend;
         let height = top + self.rows.len() as i32 * row + 58 * SCALE;
         sheet(&self.name, &self.title, [width, height], |sheet| {
             let title_size = if small { TEXT } else { TEXT + 2 * SCALE };
             write(sheet, &self.title, (12 * SCALE, 20 * SCALE), title_size, HPos::Left)?;
-            self.legend(sheet, small)?;
+            self.legend(sheet, &places)?;
             let label = text_style(TEXT, INK, HPos::Center, VPos::Center);
             let mut chart = ChartBuilder::on(sheet)
                 .margin_top(top)
@@ -137,17 +138,26 @@ impl Rows {
         }
     }
 
-    fn legend(&self, sheet: &Area<'_>, small: bool) -> Drawn {
-        let (mut x, mut y) = (14 * SCALE, 52 * SCALE);
-        for (index, part) in self.parts.iter().enumerate() {
+    /// Where each part's entry stands: one below the other on a phone, else in lines as wide as the chart.
+    fn legend_places(&self, width: i32, small: bool) -> Vec<(i32, i32)> {
+        let (mut x, mut y) = (LEGEND_LEFT, LEGEND_TOP);
+        let mut places = Vec::new();
+        for part in &self.parts {
+            let needed = text_width(part, TEXT) + 44 * SCALE;
+            if x > LEGEND_LEFT && (small || x + needed > width) {
+                (x, y) = (LEGEND_LEFT, y + 20 * SCALE);
+            }
+            places.push((x, y));
+            x += needed;
+        }
+        places
+    }
+
+    fn legend(&self, sheet: &Area<'_>, places: &[(i32, i32)]) -> Drawn {
+        for (index, (part, &(x, y))) in self.parts.iter().zip(places).enumerate() {
             let color = PARTS[index % PARTS.len()];
             sheet.draw(&Rectangle::new([(x, y - 6 * SCALE), (x + 12 * SCALE, y + 6 * SCALE)], color.filled()))?;
             write(sheet, part, (x + 18 * SCALE, y), TEXT, HPos::Left)?;
-            if small {
-                y += 20 * SCALE;
-            } else {
-                x += text_width(part, TEXT) + 44 * SCALE;
-            }
         }
         Ok(())
     }
@@ -162,6 +172,24 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn legends_stay_within_the_chart() {
+        let parts: Vec<String> = crate::analysis::STAGES.map(Into::into).to_vec();
+        let chart = Rows {
+            name: String::new(),
+            title: String::new(),
+            x: Axis::linear(0.0, 1.0, Unit::Plain),
+            x_label: String::new(),
+            rows: Vec::new(),
+            parts: parts.clone(),
+        };
+        let width = 860 * SCALE;
+        let wide = chart.legend_places(width, false);
+        assert!(wide.iter().zip(&parts).all(|(&(x, _), part)| x + 18 * SCALE + text_width(part, TEXT) <= width));
+        assert_eq!(wide.iter().map(|p| p.1).max(), Some(LEGEND_TOP + 20 * SCALE));
+        assert!(chart.legend_places(width, true).iter().all(|p| p.0 == LEGEND_LEFT));
+    }
 
     #[test]
     fn two_digits_stay() {

@@ -115,10 +115,23 @@ fn section(html: &mut String, folder: &Path, scene: &SceneData, charts: &[Chart]
         html,
         "Where the time goes",
         &format!(
-            "Reading the file took {}. Tracing is the time of dispatches to the device; adding up samples is done on the host.",
+            "Reading the file took {}. Tracing is the time of dispatches by the clock of the device, if it has one (see the conditions); \
+             submitting and waiting is what they take longer on the host, where their sums are read and added to the film, too.",
             text::seconds(scene.load_seconds)
         ),
     );
+    if let Some(walk) = &scene.walk {
+        let percent = |x: f64| format!("{:.0} %", 100.0 * x);
+        let _ = writeln!(
+            html,
+            "<p class=\"note\">The kernel is one program, so its stages have no clocks of their own. Of {}, {} ({} to {}) is walking rays through the \
+             BVH: that much longer it takes when every ray is walked twice. The rest is shading, sampling, and keeping paths between dispatches.</p>",
+            escape(&walk.method),
+            percent(walk.share),
+            percent(walk.low),
+            percent(walk.high),
+        );
+    }
     figure(html, "stages");
     tables::stages(html, scene);
 }
@@ -135,16 +148,17 @@ fn facts(html: &mut String, scene: &SceneData) {
         Some(e) => format!("whose own error of {} is taken off and limits what can be read", text::percent(e.sqrt())),
         None => "whose own error is not known: lines that flatten may show the reference".into(),
     };
+    let reason = if reference.reason.is_empty() { String::new() } else { format!(" ({})", escape(&reference.reason)) };
     let samples = if reference.spp > 0 { format!(" with {} samples a pixel", reference.spp) } else { String::new() };
     let clock = match scene.clock {
         Clock::Wall => "Times are those on the wall.",
-        Clock::Device => "Times are those of dispatches to the device.",
+        Clock::Device => "Times are those of dispatches by the clock of the device.",
         Clock::Cpu => "Times are processor seconds over cores, which other work on the machine hardly changes.",
     };
     let _ = writeln!(
         html,
         "<p class=\"note\">{}: {} × {} pixels, {} triangles; {} repeats of each method with samples of their own, in turn. Errors are measured from a \
-         reference by {}{samples}, {own}. {clock}</p>",
+         reference by {}{reason}{samples}, {own}. {clock}</p>",
         escape(&scene.file),
         scene.width,
         scene.height,
@@ -173,6 +187,7 @@ fn conditions(html: &mut String, c: &Conditions) {
         ("Date", c.date.clone()),
         ("Device", format!("{}{software}", c.device)),
         ("Driver", format!("{}, {}", c.driver, c.backend)),
+        ("Clock of the device", c.device_clock.clone()),
         ("Processor", format!("{}, {} threads", c.cpu, c.threads)),
         ("System", c.system.clone()),
         ("Load", load),

@@ -285,6 +285,7 @@ fn decide(
         sampler_stratified: settings.sampler == Sampler::Stratified,
         one_scramble: settings.one_scramble && settings.sampler == Sampler::Sobol,
         items_image: false, // the device decides
+        repeat_walk: false, // measurements alone ask for it
         ..Features::default()
     };
     Slot::ALL.into_iter().filter(|&slot| texture(slot)).for_each(|slot| slot.enable(&mut features));

@@ -48,8 +48,9 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) resume: bool,
 
-    /// Draw other renderers' points on the charts: a CSV file with the columns scene, renderer, seconds, rel_mse and perhaps spp
-    #[arg(long, value_name = "PEERS.csv")]
+    /// Draw other renderers' points on the charts: a CSV file with the columns scene, renderer, seconds, rel_mse and perhaps spp and pixels, or a JSON
+    /// array of races with scene, renderer, spp, relmse, efficiency and mpaths
+    #[arg(long, value_name = "PEERS.csv|RACES.json")]
     pub(crate) overlay: Option<PathBuf>,
 
     /// Hold the report against an older one, and exit with 4 where speed, accuracy or the picture have lost; without a scene, the report that is

@@ -1,0 +1,54 @@
+//! How much of the device's time the walk through the BVH takes.
+//!
+//! The kernel is one, and no clock can be read within it. But it can be made to walk every ray twice: the picture stays the same, and what it takes longer
+//! is what a walk takes. The rest is shading, sampling, and keeping states between dispatches.
+
+use surelight_render::{Device, Prepared, RenderError, Renderer};
+
+use crate::{
+    analysis::Interval,
+    data::{Clock, WalkData},
+    method::Method,
+    tracer::{Run, Subject},
+};
+
+/// Pairs of measurements, with one walk and with two.
+const ROUNDS: u32 = 5;
+
+/// Seconds of a measurement, about.
+const SECONDS: f64 = 0.3;
+
+/// Batches of these runs are those of this stream.
+const STREAM: u32 = u16::MAX as u32 - 1;
+
+/// Measures it for a method; `None` where `go_on` stopped it.
+pub(crate) fn measure(
+    device: &Device,
+    subject: &Subject,
+    method: &Method,
+    clock: Clock,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<WalkData>, RenderError> {
+    let settings = method.settings(&subject.settings);
+    let mut prepared = Prepared::new(&subject.scene, &subject.camera, &settings)?;
+    prepared.features.repeat_walk = true;
+    let mut renderer = Renderer::new(device, &prepared)?;
+    let mut run = Run::new(&settings, STREAM, &renderer);
+    run.grow_to(&mut renderer, 1, Some(1), go_on)?;
+    let samples = (SECONDS / run.wall_seconds.max(1e-4)).clamp(1.0, 256.0) as u32;
+    let mut shares = Vec::new();
+    for _ in 0..ROUNDS {
+        let mut seconds = [0.0; 2];
+        for walks in [1, 2] {
+            renderer.set_walks(walks);
+            let before = run.seconds(clock);
+            if !run.grow_to(&mut renderer, run.spp + samples, Some(samples.min(16)), go_on)? {
+                return Ok(None);
+            }
+            seconds[walks as usize - 1] = run.seconds(clock) - before;
+        }
+        shares.push(seconds[1] / seconds[0].max(1e-9) - 1.0);
+    }
+    let share = Interval::of(&shares);
+    Ok(share.map(|share| WalkData { method: method.name(), share: share.value, low: share.low, high: share.high }))
+}
