@@ -26,7 +26,7 @@ pub struct Metadata {
     pub device: String,
     /// Driver and its version.
     pub driver: String,
-    /// Options in force that bias the picture.
+    /// Options in force that bias the picture, and light that no path finds.
     pub biased: Vec<String>,
     /// Samples that were not finite and were left out.
     pub dropped_samples: u64,

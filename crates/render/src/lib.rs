@@ -32,7 +32,7 @@ pub use error::RenderError;
 pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
-pub use prepare::{Directions, Integrator, Prepared, Sampler, Settings, material_fields, sheen_albedos};
+pub use prepare::{Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, sheen_albedos};
 pub use probe::run_probe;
 pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};

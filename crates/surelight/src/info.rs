@@ -101,6 +101,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     warnings.extend(view.note);
     warnings.extend(note);
     warnings.extend(unfound);
+    warnings.extend(prepared.unreachable.iter().map(ToString::to_string));
     Ok(Info { scene: args.scene.display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
 }
 

@@ -57,12 +57,15 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
     let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup, batch: 0 };
+    let unreachable = prepared.unreachable.clone();
     drop(prepared);
     let plan = measurement.plan(args, start)?;
     let (mut tally, stopped) = measurement.carry_out(&plan)?;
 
     let Measurement { renderer, setup, .. } = measurement;
     let mut biased: Vec<String> = args.method.bias(&scene).into_iter().collect();
+    biased.extend(unreachable.iter().filter(|light| light.is_bias()).map(ToString::to_string));
+    warnings.extend(unreachable.iter().filter(|light| !light.is_bias()).map(ToString::to_string));
     if let Some(bounces) = args.max_bounces.0 {
         biased.push(format!("max-bounces {bounces}"));
     }

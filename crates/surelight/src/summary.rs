@@ -58,7 +58,7 @@ pub(crate) struct Summary {
     pub(crate) dropped_samples: u64,
     /// Rays that were given up, their samples incomplete.
     pub(crate) truncated_rays: u64,
-    /// Options in force that bias the picture.
+    /// Options in force that bias the picture, and light that no path finds.
     pub(crate) biased: Vec<String>,
     /// Bytes held on the device; all of them at once.
     pub(crate) peak_device_bytes: u64,

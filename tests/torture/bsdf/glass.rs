@@ -181,3 +181,11 @@ fn extreme_media_stay_finite() {
         assert!((mean - 1.0).abs() < 0.05 || exact < 0.01, "{mean} at index {ior}");
     }
 }
+
+/// The whole faceted ball, rim included, where light goes round inside for long by total reflection: 1.000 at unbounded depth.
+#[test]
+fn glass_sphere_furnace() {
+    let scene = surelight_scene::procedural::torture::scene("glass-sphere-furnace");
+    let film = render(&scene, &Settings { seed: 30, ..Settings::new(48, 48) }, 16, 64);
+    Judge::new(0.01).mean("the whole glass ball", &film, [1.0; 3]);
+}

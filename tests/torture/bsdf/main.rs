@@ -1,5 +1,7 @@
 //! Torture cases 27 to 33: how surfaces scatter.
 
+mod alpha;
+mod cone;
 mod energy;
 mod formula;
 mod glass;

@@ -1,19 +1,15 @@
 //! The depth series: after D bounces a closed room shows the first D + 1 terms of Le·Σ ρᵏ.
 
 use surelight_render::Settings;
-use surelight_scene::procedural::furnace;
+use surelight_scene::procedural::torture;
 use surelight_tests::render::{all, prepare, trace, ulps};
 
 /// Without light sampling the room's series is summed along each path: every single sample is Le·Σ ρᵏ, exact but for rounding, as
 /// long as roulette spares the path (throughput above ⅓).
 #[test]
 fn depth_series() {
-    let mut scene = furnace::bare_room();
     let (rho, emission) = (0.875f32, 0.125f32);
-    for material in &mut scene.materials {
-        material.base_color = [rho, rho, rho, 1.0];
-        material.emissive = [emission; 3];
-    }
+    let scene = torture::scene("depth-series");
     for bounces in [0, 1, 4, 8] {
         let mut prepared = prepare(&scene, &Settings { max_bounces: Some(bounces), ..Settings::new(32, 32) });
         prepared.features.light_sampling = false;

@@ -3,20 +3,9 @@
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
 use surelight_render::{Renderer, Settings};
-use surelight_scene::Scene;
-use surelight_scene::procedural::{cornell_box, furnace};
+use surelight_scene::procedural::{cornell_box, torture::sampling::room};
 use surelight_tests::render::{ALPHA, Judge, device, prepare, render, trace};
 use surelight_tests::welch::Comparison;
-
-/// The bare room with this reflectance everywhere, which emits so that every pixel is 1.
-fn room(reflectance: f32) -> Scene {
-    let mut scene = furnace::bare_room();
-    for material in &mut scene.materials {
-        material.base_color = [reflectance, reflectance, reflectance, 1.0];
-        material.emissive = [1.0 - reflectance; 3];
-    }
-    scene
-}
 
 /// Roulette on and off have one mean, at a limit of bounces that both keep to (Welch). It begins where three quarters of the
 /// light is lost, so that in the Cornell box most paths meet it; and in a dark room, at any depth, the closed form holds (z).

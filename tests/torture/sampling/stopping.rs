@@ -3,30 +3,13 @@
 //! A spot of floor under a small lamp whose directions are sampled uniformly: a sample is 0, or, with the probability p that a direction meets the
 //! lamp, about 1/p of the mean. The truth is Lambert's formula for polygons.
 
-use glam::DVec3;
 use surelight_estimate::{Moments, sidak_level, z_test};
 use surelight_film::{Bound, Film, Precision};
 use surelight_render::{Directions, Goal, Integrator, Outcome, Renderer, Settings, render};
-use surelight_scene::Scene;
-use surelight_scene::procedural::{polygon_irradiance, shapes::Shape};
+use surelight_scene::procedural::torture::sampling::spot;
 use surelight_tests::render::{ALPHA, all, device, pooled, prepare};
-use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
 
 const SIZE: [u32; 2] = [8, 4];
-const RADIANCE: f32 = 10.0;
-const REFLECTANCE: f32 = 0.5;
-
-/// A floor under a square lamp at height 1 that a share `p` of uniform directions meets, and the radiance that all pixels see.
-fn spot(p: f64) -> (Scene, f64) {
-    let half = 0.5 * (std::f64::consts::TAU * p).sqrt();
-    let mut scene = Scene { name: format!("a lamp met by {p:.4} of directions"), ..Scene::default() };
-    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([REFLECTANCE; 3]));
-    add(&mut scene, Shape::parallelogram(DVec3::Y, DVec3::X * half, DVec3::Z * half), emitter([RADIANCE; 3]));
-    scene.cameras.push(pinhole(look_at(DVec3::new(1.0, 0.5, 1.0), DVec3::ZERO, DVec3::Y), 1e-3));
-    let corners = [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| DVec3::new(x, 1.0, z));
-    let irradiance = polygon_irradiance(DVec3::ZERO, DVec3::Y, &corners).abs() * f64::from(RADIANCE);
-    (scene, irradiance * f64::from(REFLECTANCE) / std::f64::consts::PI)
-}
 
 fn settings() -> Settings {
     let integrator = Integrator::Hemisphere(Directions::Uniform);

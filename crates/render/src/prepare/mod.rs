@@ -10,6 +10,7 @@ mod media;
 mod sheen;
 mod slots;
 mod textures;
+mod unreachable;
 mod view;
 
 use std::collections::BTreeSet;
@@ -36,7 +37,7 @@ pub(crate) use self::{
     textures::TextureUse,
     view::View,
 };
-pub use self::{materials::material_fields, sheen::sheen_albedos};
+pub use self::{materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
 
 /// Estimators of the rendering equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -146,6 +147,8 @@ pub struct Prepared {
     pub accel: Accel,
     /// What the kernel will contain (`items_image` is left to the device).
     pub features: Features,
+    /// Light that the estimator cannot connect paths to.
+    pub unreachable: Vec<Unreachable>,
     pub(crate) view: View,
     pub(crate) layout: AttributeLayout,
     pub(crate) attributes: Vec<u32>,
@@ -201,6 +204,11 @@ impl Prepared {
             Integrator::Hemisphere(_) => Lights::default(),
             _ => Lights::new(scene, &accel, sampled.map(|e| e.total * factor).filter(|&e| e > 0.0)),
         };
+        // Without light sampling nothing is connected at all, which is told of the method.
+        let unreachable = match settings.integrator {
+            Integrator::Hemisphere(_) => Vec::new(),
+            _ => unreachable::find(scene, &accel, &lights.area, scene.environment.is_some()),
+        };
         view.light_density = lights.density;
         view.environment_probability = lights.environment_probability;
         view.light_count = lights.table.len() as u32;
@@ -213,7 +221,7 @@ impl Prepared {
         let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
         let layout = AttributeLayout::new(&features, uv_sets);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_weights);
-        Ok(Self { accel, features, view, layout, attributes, materials, textures, lights, environment })
+        Ok(Self { accel, features, unreachable, view, layout, attributes, materials, textures, lights, environment })
     }
 
     /// Constants that the kernel is specialised with.

@@ -18,6 +18,8 @@ pub(super) struct Loaded {
     pub(super) view: View,
     /// Warnings of the files, then what was decided without being asked.
     pub(super) warnings: Vec<String>,
+    /// Light that no path finds.
+    pub(super) missing: Vec<String>,
 }
 
 impl Loaded {
@@ -31,7 +33,7 @@ impl Loaded {
         let mut warnings = std::mem::take(&mut scene.warnings);
         warnings.extend(view.note.clone());
         warnings.extend(light_note);
-        Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings })
+        Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings, missing: Vec::new() })
     }
 
     /// Radiance of a uniform sky, asked for or not.
@@ -48,6 +50,13 @@ impl Loaded {
         let broken = prepared.accel.skipped.non_finite;
         if broken > 0 {
             self.warnings.push(format!("{broken} triangles with corners that are not finite were left out"));
+        }
+        for light in &prepared.unreachable {
+            if light.is_bias() {
+                self.missing.push(light.to_string());
+            } else {
+                self.warnings.push(light.to_string());
+            }
         }
         Ok(prepared)
     }

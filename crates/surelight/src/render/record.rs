@@ -98,7 +98,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
     let integrator = method.bias(&loaded.scene);
     let bounces = args.max_bounces.0.map(|n| format!("max-bounces {n}"));
     let clamp = args.max_radiance.map(|x| format!("max-radiance {x}"));
-    integrator.into_iter().chain(bounces).chain(clamp).collect()
+    integrator.into_iter().chain(bounces).chain(clamp).chain(loaded.missing.iter().cloned()).collect()
 }
 
 /// What shapes the picture, by the names of the options.
