@@ -8,7 +8,7 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 35] = [
+const IMPLIED: [(&str, &[&str]); 36] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -39,6 +39,7 @@ const IMPLIED: [(&str, &[&str]); 35] = [
     ("diffuse_transmission_texture", &["diffuse_transmission", "transmission", "textures", "ggx"]),
     ("diffuse_transmission_color_texture", &["diffuse_transmission", "transmission", "textures", "ggx"]),
     ("area_lights", &["emission", "light_sampling"]),
+    ("light_tree", &["area_lights", "emission", "light_sampling"]),
     ("punctual_lights", &["light_sampling"]),
     ("environment_map", &["light_sampling"]),
     ("light_sampling", &["punctual_lights"]),
@@ -47,7 +48,7 @@ const IMPLIED: [(&str, &[&str]); 35] = [
 ];
 
 /// The hemisphere form samples no lights.
-const UNSAMPLED: [&str; 3] = ["light_sampling", "area_lights", "punctual_lights"];
+const UNSAMPLED: [&str; 4] = ["light_sampling", "area_lights", "light_tree", "punctual_lights"];
 
 /// Alternatives: of each group a kernel has at most one. An empty string stands for none of them.
 const ALTERNATIVES: [&[&str]; 5] = [

@@ -16,7 +16,14 @@ pub struct Query {
     pub choice: u32,
     /// Uniform in [0, 1).
     pub u: [f32; 2],
-    unused: [f32; 2],
+    /// Number of the light whose probability is asked for.
+    pub light: u32,
+    /// 1: light from behind the surface counts, too.
+    pub both_sides: u32,
+    /// Of the surface that asks, unit; only a light tree looks at it.
+    pub normal: [f32; 3],
+    /// Of no use.
+    pub unused: u32,
 }
 
 impl Query {
@@ -27,7 +34,7 @@ impl Query {
 
     /// With these random numbers.
     pub fn with(position: [f32; 3], choice: u32, u: [f32; 2]) -> Self {
-        Self { position, choice, u, unused: [0.0; 2] }
+        Self { position, choice, u, normal: [0.0, 0.0, 1.0], ..Self::default() }
     }
 }
 

@@ -48,20 +48,22 @@ fn everything_at_once() {
 }
 
 /// What each binding is for: a kernel has it when one of these features is on, and only then.
-const BINDINGS: [(&str, &[&str]); 8] = [
+const BINDINGS: [(&str, &[&str]); 9] = [
     ("sheen_albedos", &["sheen"]),
     ("texture_uses", &["textures"]),
     ("texels", &["textures"]),
     ("light_table", &["light_sampling"]),
     ("area_lights", &["area_lights"]),
+    ("light_nodes", &["light_tree"]),
     ("punctual_lights", &["punctual_lights"]),
     ("environment_texels", &["environment_map"]),
     ("instances", &["instances"]),
 ];
 
 /// Words that only a kernel with the feature may hold: in functions, records and variables.
-const ABSENT: [(&[&str], &str); 8] = [
+const ABSENT: [(&[&str], &str); 9] = [
     (&["media"], "nested"),
+    (&["light_tree"], "light_tree"),
     (&["etas", "ior_spread"], "dispersion"),
     (&["sheen"], "sheen"),
     (&["coat"], "clearcoat"),

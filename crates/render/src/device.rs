@@ -17,7 +17,7 @@ pub enum AdapterChoice {
 }
 
 /// Read-only arrays that a scene may have: the bindings of group 0 save the view.
-const SCENE_ARRAYS: u32 = 11;
+const SCENE_ARRAYS: u32 = 14;
 
 /// What is known about an adapter before it is opened.
 #[derive(Clone, Debug)]

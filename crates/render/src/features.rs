@@ -110,6 +110,8 @@ features! {
     light_sampling,
     /// Emissive triangles can be sampled.
     area_lights,
+    /// Emissive triangles are so many that a tree chooses among them.
+    light_tree,
     /// Point, spot or directional lights.
     punctual_lights,
     /// Light from far away, uniform.

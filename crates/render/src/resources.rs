@@ -35,12 +35,18 @@ pub(crate) fn scene_resources(
     storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
     let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
     storage("materials", "materials", true, &materials)?;
-    let instances: Vec<_> = prepared.accel.instances.iter().map(InstanceRows::new).collect();
+    let first_light = |k: usize| prepared.lights.instance_lights.get(k).copied().unwrap_or_default();
+    let instances = prepared.accel.instances.iter().enumerate();
+    let instances: Vec<_> = instances.map(|(k, record)| InstanceRows::new(record, first_light(k))).collect();
     storage("instances", "instances", features.instances, bytemuck::cast_slice(&instances))?;
     storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
     let lights = &prepared.lights;
     storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
-    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area))?;
+    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area_records()))?;
+    if let Some(tree) = &lights.tree {
+        storage("light_nodes", "the light tree", features.light_tree, bytemuck::cast_slice(&tree.nodes))?;
+        storage("light_paths", "the light tree's paths", features.light_tree, bytemuck::cast_slice(&tree.paths))?;
+    }
     storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
     if features.sheen {
         storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;

@@ -7,7 +7,7 @@ use surelight_film::BatchSum;
 
 use crate::{
     pass::{Control, FeaturePixel, Pass},
-    prepare::{AreaLight, InstanceRows, LightEntry, PunctualLight, TextureUse, View},
+    prepare::{AreaLight, InstanceRows, LightEntry, LightNode, LightPath, PunctualLight, TextureUse, View},
     reflect::RecordLayout,
 };
 
@@ -56,8 +56,23 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),
         ("LightEntry", layout!(LightEntry { threshold, alias_entry, probability, light })),
         ("AreaLight", layout!(AreaLight { v0, prim, e1, material, e2, weight })),
+        ("LightNode", layout!(LightNode { center, variance, normal_xy, normal_z, power, link })),
+        ("LightPath", layout!(LightPath { trail, inverse_area, unused })),
         ("PunctualLight", layout!(PunctualLight { position, kind, intensity, angle_scale, direction, angle_offset })),
         ("TextureUse", layout!(TextureUse { offset, width, height, flags, row_u, pad_0, row_v, pad_1 })),
-        ("Instance", layout!(InstanceRows { world_x, world_y, world_z, object_x, object_y, object_z })),
+        (
+            "Instance",
+            layout!(InstanceRows {
+                world_x,
+                world_y,
+                world_z,
+                object_x,
+                first_light,
+                object_y,
+                pad_0,
+                object_z,
+                pad_1
+            }),
+        ),
     ]
 }

@@ -4,12 +4,14 @@
 //! Welch's test on noisy renders of different seeds at α = 0.01 in all of this file's comparisons; the smallest difference that would
 //! be seen 9 times in 10 is printed and bounded.
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
 use surelight_render::{Directions, Integrator, Renderer, Sampler, Settings};
 use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::{Clearcoat, DiffuseTransmission, Environment, Light, LightKind, Material, Scene, Sheen};
+use surelight_scene::{
+    Clearcoat, DiffuseTransmission, Environment, Instance, Light, LightKind, Material, Scene, Sheen,
+};
 use surelight_tests::render::{all, device, pooled, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;
@@ -18,7 +20,7 @@ const SIZE: [u32; 2] = [24, 24];
 const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
 
 /// Comparisons in this file; levels are Šidák's over all of them.
-const PICTURES: usize = 19;
+const PICTURES: usize = 22;
 
 fn metal(roughness: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5, 1.0], roughness, double_sided: true, ..Material::default() }
@@ -142,6 +144,45 @@ fn forms_agree_about_layers() {
         ("area", settings(Integrator::Area, 22), 64),
     ];
     check(&scene, &ways, 0.03);
+}
+
+/// Lanterns of one mesh, stretched and mirrored, and a sheet that shines to both sides, over a leaf: a light tree over instances.
+fn lanterns() -> Scene {
+    let leaf = Material {
+        diffuse_transmission: DiffuseTransmission {
+            factor: 0.5,
+            color: [0.3, 0.9, 0.4],
+            ..DiffuseTransmission::default()
+        },
+        ..plastic(0.5)
+    };
+    let mut scene = corner("lanterns", metal(0.3), leaf);
+    add(&mut scene, Shape::icosphere(3).placed(0.2, DVec3::new(-1.1, 1.3, 0.4)), emitter([6.0, 4.0, 2.0]));
+    let mesh = scene.instances.len() - 1;
+    let mesh = scene.instances[mesh].mesh;
+    for (x, y, z, mirror) in [(0.9, 1.2, 0.9, -1.0), (0.1, 1.6, -0.6, 1.0), (1.4, 0.1, 0.5, -0.4)] {
+        let to_world = DAffine3 {
+            matrix3: DMat3::from_diagonal(DVec3::new(mirror, 1.2, 0.8)),
+            translation: DVec3::new(x, y, z) - DVec3::new(-1.1 * mirror, 1.3 * 1.2, 0.4 * 0.8),
+        };
+        scene.instances.push(Instance { mesh, to_world });
+    }
+    let sheet = Shape::parallelogram(DVec3::new(-0.2, 0.8, 0.7), DVec3::X * 0.2, DVec3::new(0.0, 0.15, 0.1));
+    add(&mut scene, sheet, Material { double_sided: true, ..emitter([1.0, 2.0, 3.0]) });
+    scene
+}
+
+#[test]
+fn forms_agree_under_lanterns() {
+    let scene = lanterns();
+    let prepared = prepare(&scene, &settings(Integrator::Mis, 0));
+    assert!(prepared.features.light_tree && prepared.features.instances, "{:?}", prepared.features);
+    let ways = [
+        ("hemisphere, by the BSDF", settings(HEMISPHERE, 31), 64),
+        ("hemisphere, by the cosine", settings(Integrator::Hemisphere(Directions::Cosine), 32), 128),
+        ("area", settings(Integrator::Area, 33), 64),
+    ];
+    check(&scene, &ways, 0.04);
 }
 
 #[test]

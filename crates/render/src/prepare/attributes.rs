@@ -4,6 +4,7 @@ use glam::{DMat3, Vec3, Vec4};
 use surelight_accel::Accel;
 use surelight_scene::Scene;
 
+use super::octahedral::octahedral;
 use crate::{compose::Constant, features::Features};
 
 /// Where the words of a record stand. Twin of the constants in `package::generated`.
@@ -47,15 +48,15 @@ impl AttributeLayout {
         .to_vec()
     }
 
-    /// The records of all triangles in prim order. `light_weights`: one a triangle, when area lights are sampled.
-    pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, features: &Features, light_weights: &[f32]) -> Vec<u32> {
+    /// The records of all triangles in prim order. `light_words`: one a triangle, when area lights are sampled.
+    pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, features: &Features, light_words: &[u32]) -> Vec<u32> {
         let mut words = vec![0; self.stride as usize * accel.triangles.len()];
         for (prim, (record, source)) in words.chunks_exact_mut(self.stride as usize).zip(&accel.triangles).enumerate() {
             let mesh = &scene.meshes[source.mesh as usize];
             let corners = source.corners.map(|c| c as usize);
             record[0] = mesh.material as u32;
             if features.area_lights {
-                record[self.light as usize] = light_weights[prim].to_bits();
+                record[self.light as usize] = light_words[prim];
             }
             // Triangles baked into the world need their directions taken there too.
             let to_world =
@@ -111,18 +112,4 @@ impl AttributeLayout {
 fn flat_normal(mesh: &surelight_scene::Mesh, corners: [usize; 3], to_world: Option<DMat3>) -> Vec3 {
     let [a, b, c] = corners.map(|i| to_world.unwrap_or(DMat3::IDENTITY) * mesh.positions[i].as_dvec3());
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
-}
-
-/// Octahedral coordinates, 16 bits each (Cigolle et al. 2014, JCGT 3(2)).
-fn octahedral(n: Vec3) -> u32 {
-    let sum = n.x.abs() + n.y.abs() + n.z.abs();
-    if sum == 0.0 || !sum.is_finite() {
-        return 0;
-    }
-    let (mut x, mut y) = (n.x / sum, n.y / sum);
-    if n.z < 0.0 {
-        (x, y) = ((1.0 - y.abs()) * x.signum(), (1.0 - x.abs()) * y.signum());
-    }
-    let snorm = |v: f32| (v.clamp(-1.0, 1.0) * 32767.0).round() as i32 as u16 as u32;
-    snorm(x) | snorm(y) << 16
 }

@@ -1,4 +1,7 @@
 //! Everything that light sampling can choose from, and with which probability.
+//!
+//! An alias table over all lights; where there are many emissive triangles they are one entry of it, and a tree
+//! chooses among them by where light is asked for.
 
 use std::{collections::HashMap, f64::consts::PI};
 
@@ -7,7 +10,13 @@ use glam::{DVec3, Vec2};
 use surelight_accel::Accel;
 use surelight_scene::{LightKind, Material, Mesh, Scene};
 
-use super::{alias::alias_table, luminance, textures::lookup_linear_rgb};
+use super::{
+    Integrator,
+    alias::alias_table,
+    light_tree::{LightTree, TreeLight},
+    luminance,
+    textures::lookup_linear_rgb,
+};
 
 /// Twin of `LightEntry` in `shaders/light/light.wesl`.
 #[repr(C)]
@@ -46,26 +55,45 @@ pub(crate) struct PunctualLight {
 const KIND_PUNCTUAL: u32 = 1 << 30;
 const KIND_ENVIRONMENT: u32 = 2 << 30;
 
+/// Fewer emissive triangles than these are chosen by the alias table.
+const LEAST_FOR_TREE: usize = 16;
+
+/// Stands for no light.
+const NONE: u32 = u32::MAX;
+
 /// The lights of a scene, each with its power as weight.
 #[derive(Default)]
 pub(crate) struct Lights {
     pub(crate) table: Vec<LightEntry>,
     pub(crate) area: Vec<AreaLight>,
     pub(crate) punctual: Vec<PunctualLight>,
+    /// Over the emissive triangles, where they are many.
+    pub(crate) tree: Option<LightTree>,
     /// By prim: an emitting triangle's weight per area (0 for all others); empty when nothing emits.
-    pub(crate) triangle_weights: Vec<f32>,
-    /// A triangle's weight times this is its area pdf.
+    triangle_weights: Vec<f32>,
+    /// By prim: its number among `area`, which for triangles of instanced meshes counts from the instance's first.
+    triangle_lights: Vec<u32>,
+    /// By instance of the BVH: its first light.
+    pub(crate) instance_lights: Vec<u32>,
+    /// Without a tree, a triangle's weight times this is its area pdf. With one, the probability that a triangle is chosen at all.
     pub(crate) density: f32,
     pub(crate) environment_probability: f32,
 }
 
 impl Lights {
     /// `environment`: ∫ luminance dω of the environment map, when there is one.
-    pub(crate) fn new(scene: &Scene, accel: &Accel, environment: Option<f64>) -> Self {
+    pub(crate) fn new(scene: &Scene, accel: &Accel, integrator: Integrator, environment: Option<f64>) -> Self {
         let mut lights = Self::default();
+        if matches!(integrator, Integrator::Hemisphere(_)) {
+            return lights;
+        }
         let mut powers = Vec::new();
         let mut which = Vec::new();
         lights.add_triangles(scene, accel, &mut powers);
+        // Whitted sends its shadow rays to the middles of triangles: few, or it is of no use.
+        if powers.len() >= LEAST_FOR_TREE && integrator != Integrator::Whitted {
+            lights.tree = lights.tree(scene, &powers);
+        }
         which.extend(0..powers.len() as u32);
         // A disc as large as the scene catches what comes from far away.
         let radius = 0.5 * (accel.bounds.hi - accel.bounds.lo).as_dvec3().length();
@@ -89,6 +117,13 @@ impl Lights {
         lights.share_among_emitters(accel, &mut powers, total);
         let total: f64 = powers.iter().sum();
         lights.density = (PI / total) as f32;
+        if lights.tree.is_some() {
+            // The triangles become one entry, the first.
+            let all: f64 = powers.drain(..lights.area.len()).sum();
+            powers.insert(0, all);
+            which.drain(1..lights.area.len());
+            lights.density = (all / total) as f32;
+        }
         if environment.is_some() {
             lights.environment_probability = (powers[powers.len() - 1] / total) as f32;
         }
@@ -113,7 +148,7 @@ impl Lights {
             *by_mesh.entry(mesh_of(light)).or_default() += power;
         }
         let emitters = (by_mesh.len() + powers.len() - self.area.len()) as f64;
-        let factor = |emitter: f64| 0.5 + 0.5 * total / (emitters * emitter);
+        let factor = |emitter: f64| if emitter > 0.0 { 0.5 + 0.5 * total / (emitters * emitter) } else { 0.0 };
         for (prim, weight) in self.triangle_weights.iter_mut().enumerate() {
             if let Some(&power) = by_mesh.get(&accel.triangles[prim].mesh) {
                 *weight *= factor(power) as f32;
@@ -130,6 +165,32 @@ impl Lights {
                 None => factor(*power),
             };
         }
+    }
+
+    /// The emissive triangles as the kernel reads them.
+    pub(crate) fn area_records(&self) -> Vec<AreaLight> {
+        let mut records = self.area.clone();
+        for (light, path) in records.iter_mut().zip(self.tree.iter().flat_map(|tree| &tree.paths)) {
+            light.weight = path.inverse_area;
+        }
+        records
+    }
+
+    /// What the attributes of a triangle say of it as a light: with a tree its number, else its weight.
+    pub(crate) fn triangle_words(&self) -> Vec<u32> {
+        match &self.tree {
+            Some(_) => self.triangle_lights.clone(),
+            None => self.triangle_weights.iter().map(|w| w.to_bits()).collect(),
+        }
+    }
+
+    fn tree(&self, scene: &Scene, powers: &[f64]) -> Option<LightTree> {
+        let tree_light = |(light, &power): (&AreaLight, &f64)| {
+            let [a, e1, e2] = [light.v0, light.e1, light.e2].map(|v| DVec3::from(v.map(f64::from)));
+            let normal = (!scene.materials[light.material as usize].double_sided).then(|| e1.cross(e2).normalize());
+            TreeLight { corners: [a, a + e1, a + e2], normal, power }
+        };
+        LightTree::new(&self.area.iter().zip(powers).map(tree_light).collect::<Vec<_>>())
     }
 
     fn add_triangles(&mut self, scene: &Scene, accel: &Accel, powers: &mut Vec<f64>) {
@@ -150,28 +211,42 @@ impl Lights {
             })
             .collect();
         // Triangles that stand in the world, then those of meshes that are placed several times.
+        self.triangle_lights = vec![NONE; accel.triangles.len()];
+        let mut shared: HashMap<u32, Vec<usize>> = HashMap::new();
         for (prim, source) in accel.triangles.iter().enumerate() {
-            if self.triangle_weights[prim] > 0.0 && source.instance != u32::MAX {
-                self.add_triangle(scene, accel, prim, source.instance as usize, powers);
+            if self.triangle_weights[prim] <= 0.0 {
+                continue;
+            }
+            if source.instance == NONE {
+                let of_mesh = shared.entry(source.mesh).or_default();
+                self.triangle_lights[prim] = of_mesh.len() as u32;
+                of_mesh.push(prim);
+            } else if self.add_triangle(scene, accel, prim, source.instance as usize, powers) {
+                self.triangle_lights[prim] = self.area.len() as u32 - 1;
             }
         }
         for record in &accel.instances {
-            let instance = &scene.instances[record.scene_instance as usize];
-            if !emits(instance.mesh as u32) {
-                continue;
-            }
-            for (prim, source) in accel.triangles.iter().enumerate() {
-                if source.mesh as usize == instance.mesh
-                    && source.instance == u32::MAX
-                    && self.triangle_weights[prim] > 0.0
-                {
-                    self.add_triangle(scene, accel, prim, record.scene_instance as usize, powers);
+            self.instance_lights.push(self.area.len() as u32);
+            let mesh = scene.instances[record.scene_instance as usize].mesh as u32;
+            for &prim in shared.get(&mesh).into_iter().flatten() {
+                if !self.add_triangle(scene, accel, prim, record.scene_instance as usize, powers) {
+                    // Those after it keep their places.
+                    self.area.push(AreaLight::default());
+                    powers.push(0.0);
                 }
             }
         }
     }
 
-    fn add_triangle(&mut self, scene: &Scene, accel: &Accel, prim: usize, instance: usize, powers: &mut Vec<f64>) {
+    /// Returns whether it has an area.
+    fn add_triangle(
+        &mut self,
+        scene: &Scene,
+        accel: &Accel,
+        prim: usize,
+        instance: usize,
+        powers: &mut Vec<f64>,
+    ) -> bool {
         let source = &accel.triangles[prim];
         let mesh = &scene.meshes[source.mesh as usize];
         let to_world = scene.instances[instance].to_world;
@@ -187,7 +262,7 @@ impl Lights {
         }
         let area = 0.5 * e1.as_dvec3().cross(e2.as_dvec3()).length();
         if !(area > 0.0 && area.is_finite()) {
-            return;
+            return false;
         }
         powers.push(PI * f64::from(weight) * area);
         self.area.push(AreaLight {
@@ -198,6 +273,7 @@ impl Lights {
             e2: e2.to_array(),
             weight,
         });
+        true
     }
 }
 

@@ -4,9 +4,11 @@ mod alias;
 mod attributes;
 mod environment;
 mod instances;
+mod light_tree;
 mod lights;
 mod materials;
 mod media;
+mod octahedral;
 mod sheen;
 mod slots;
 mod textures;
@@ -33,6 +35,7 @@ use crate::{compose::Constant, error::RenderError, features::Features, reflect::
 
 pub(crate) use self::{
     instances::InstanceRows,
+    light_tree::{LightNode, LightPath},
     lights::{AreaLight, LightEntry, PunctualLight},
     textures::TextureUse,
     view::View,
@@ -200,10 +203,8 @@ impl Prepared {
         let factor = f64::from(view.environment[0]);
         // Whitted sends shadow rays to lights with a middle; an environment has none.
         let sampled = environment.as_ref().filter(|_| settings.integrator != Integrator::Whitted);
-        let lights = match settings.integrator {
-            Integrator::Hemisphere(_) => Lights::default(),
-            _ => Lights::new(scene, &accel, sampled.map(|e| e.total * factor).filter(|&e| e > 0.0)),
-        };
+        let sky = sampled.map(|e| e.total * factor).filter(|&e| e > 0.0);
+        let lights = Lights::new(scene, &accel, settings.integrator, sky);
         // Without light sampling nothing is connected at all, which is told of the method.
         let unreachable = match settings.integrator {
             Integrator::Hemisphere(_) => Vec::new(),
@@ -220,7 +221,7 @@ impl Prepared {
         features.volume |= nested;
         let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
         let layout = AttributeLayout::new(&features, uv_sets);
-        let attributes = layout.pack(scene, &accel, &features, &lights.triangle_weights);
+        let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
         Ok(Self { accel, features, unreachable, view, layout, attributes, materials, textures, lights, environment })
     }
 
@@ -229,6 +230,8 @@ impl Prepared {
         let mut constants = self.layout.constants();
         // One more than the walk needs, since it writes the next entry whether or not it is kept.
         constants.push(Constant { name: "STACK_SIZE", value: self.accel.stack_depth + 2 });
+        let light_levels = self.lights.tree.as_ref().map_or(0, |tree| tree.depth);
+        constants.push(Constant { name: "LIGHT_TREE_DEPTH", value: light_levels });
         constants
     }
 
@@ -277,6 +280,7 @@ fn decide(
         emission,
         light_sampling: !lights.table.is_empty() && settings.max_bounces != Some(0),
         area_lights: !lights.area.is_empty() && settings.max_bounces != Some(0),
+        light_tree: lights.tree.is_some() && settings.max_bounces != Some(0),
         punctual_lights: !lights.punctual.is_empty() && settings.max_bounces != Some(0),
         environment_uniform: matches!(&scene.environment, Some(Environment::Uniform(c)) if c.iter().any(|&c| c > 0.0)),
         environment_map,
