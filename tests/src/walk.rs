@@ -72,6 +72,11 @@ impl Found {
         (prim != u32::MAX).then_some(Hit { t, b1, b2, prim, instance, item })
     }
 
+    /// Whether the walk came to its end.
+    pub fn is_complete(&self) -> bool {
+        self.complete == 1
+    }
+
     /// Whether anything stands before the shadow ray's end.
     pub fn occluded(&self) -> bool {
         self.occluded != 0
@@ -98,11 +103,16 @@ pub fn lone(mesh: Mesh, build: BuildOptions) -> (Scene, Prepared) {
     prepare(vec![mesh], &[(0, DAffine3::IDENTITY)], build)
 }
 
+/// Walks on the device, some of which may have been cut short.
+pub fn try_walk(prepared: &Prepared, rays: &[Rays]) -> Vec<Found> {
+    run_probe(device(), prepared, "package::probe::walk", "probe_walk", rays, rays.len())
+        .unwrap_or_else(|e| panic!("{e}"))
+}
+
 /// Walks on the device. Every walk must come to its end.
 pub fn walk(prepared: &Prepared, rays: &[Rays]) -> Vec<Found> {
-    let found: Vec<Found> = run_probe(device(), prepared, "package::probe::walk", "probe_walk", rays, rays.len())
-        .unwrap_or_else(|e| panic!("{e}"));
-    assert!(found.iter().all(|f| f.complete == 1), "a walk was cut short");
+    let found = try_walk(prepared, rays);
+    assert!(found.iter().all(Found::is_complete), "a walk was cut short");
     found
 }
 

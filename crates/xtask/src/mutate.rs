@@ -1,7 +1,8 @@
 //! `cargo xtask mutate`: proof that the torture list can fail.
 //!
 //! Each row of the table plants one mistake in a copy of the tree, runs the one case that must see it, and tells whether it did.
-//! The copy lies in `target/mutate` and shares the build folder, so that only what a mistake touches is built again. A
+//! The copy lies in `target/mutate`. All mutations share its build folder, so that only what a mistake touches is built again; the
+//! checkout's own cannot be shared, since cargo would take crates of the copy for those of the checkout. A
 //! mistake is a substitution of text that must apply exactly once: where the code has changed under it, that is an error, and a
 //! unit test says so long before anybody runs the mutations.
 
@@ -108,16 +109,16 @@ impl Mutation {
         let mutated = self.apply(&read(&root.join(self.file))?)?;
         let path = copy.join(self.file);
         write(&path, mutated.as_bytes())?;
-        let verdict = self.test(root, copy);
+        let verdict = self.test(copy);
         write(&path, read(&root.join(self.file))?.as_bytes())?;
         verdict
     }
 
-    fn test(&self, root: &Path, copy: &Path) -> Result<Verdict, String> {
+    fn test(&self, copy: &Path) -> Result<Verdict, String> {
         let cargo = |more: &[&str]| {
             let mut command = Command::new(env!("CARGO"));
             command.args(["test", "--quiet", "--release", "-p", "surelight-tests", "--test", self.binary]).args(more);
-            command.current_dir(copy).env("CARGO_TARGET_DIR", root.join("target")).env("CARGO_INCREMENTAL", "1");
+            command.current_dir(copy).env("CARGO_TARGET_DIR", copy.join("target")).env("CARGO_INCREMENTAL", "1");
             command.output().map_err(|e| format!("cargo cannot be run: {e}"))
         };
         let built = cargo(&["--no-run"])?;
@@ -165,6 +166,9 @@ fn remove_others(root: &Path, folder: &Path, names: &[PathBuf]) -> Result<(), St
     for entry in entries.flatten() {
         let path = entry.path();
         let relative = path.strip_prefix(root).unwrap_or(&path);
+        if relative == Path::new("target") {
+            continue;
+        }
         if path.is_dir() {
             remove_others(root, &path, names)?;
         } else if !names.iter().any(|n| n == relative) {

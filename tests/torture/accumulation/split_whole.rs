@@ -1,16 +1,16 @@
-//! Samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
+//! Case 41: samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
 //! are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
 use surelight_render::{Prepared, Renderer, Settings};
-use surelight_scene::procedural;
+use surelight_scene::procedural::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 
 const SIZE: [u32; 2] = [48, 40];
 const BATCHES: u32 = 12;
 
 fn cornell(seed: u32) -> Prepared {
-    prepare(&procedural::cornell_box::cornell_box(), &Settings { seed, ..Settings::new(SIZE[0], SIZE[1]) })
+    prepare(&torture::scene("split-whole"), &Settings { seed, ..Settings::new(SIZE[0], SIZE[1]) })
 }
 
 /// Traces passes of so many batches, one after the other.
@@ -26,7 +26,7 @@ fn passes(renderer: &mut Renderer<'_>, sizes: &[u32]) -> Film {
 }
 
 #[test]
-fn however_batches_are_cut_into_passes() {
+fn split_whole() {
     let prepared = cornell(3);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let whole = passes(&mut renderer, &[BATCHES]);
@@ -42,7 +42,7 @@ fn however_batches_are_cut_into_passes() {
 
 /// Batches may come in any order: the film's totals are wide enough.
 #[test]
-fn in_whatever_order() {
+fn split_whole_in_any_order() {
     let prepared = cornell(4);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut film = |order: &[u32]| {
@@ -57,7 +57,7 @@ fn in_whatever_order() {
 
 /// A pass that is stopped leaves nothing behind; done again it gives the same.
 #[test]
-fn after_an_interruption() {
+fn split_whole_by_interruptions() {
     let prepared = cornell(5);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let whole = passes(&mut renderer, &[BATCHES]);
@@ -69,7 +69,7 @@ fn after_an_interruption() {
 }
 
 #[test]
-fn however_the_picture_is_cut_into_tiles() {
+fn split_whole_by_tiles() {
     let prepared = cornell(6);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let whole = passes(&mut renderer, &[BATCHES]);
@@ -99,7 +99,7 @@ fn however_often_rays_are_walked() {
 
 /// Pixels are known by their number in the whole picture: crops trace these alone, and put together they are the whole.
 #[test]
-fn however_the_picture_is_cropped() {
+fn split_whole_by_crops() {
     let prepared = cornell(7);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut whole = passes(&mut renderer, &[BATCHES]);

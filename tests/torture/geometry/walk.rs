@@ -1,12 +1,16 @@
-//! The traversal that ships, run on the device by a probe, against brute force in f64 over the scene: random and awkward
+//! Cases 10, 13, 15 and 16, and companions: the traversal that ships, run on the device by a probe, against brute force in f64 over the scene: random and awkward
 //! triangles, awkward rays, instances under any transform. An answer is right when it is f64's, or when the ray grazes an edge or
 //! two surfaces within the rounding of f32 (`Oracle::judge`); such ties must be rare.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use surelight_accel::oracle::Oracle;
 use surelight_accel::{BuildOptions, Instancing, Quality, Ray};
-use surelight_scene::{Mesh, procedural::shapes::Shape};
+use surelight_render::Settings;
+use surelight_scene::Mesh;
+use surelight_scene::procedural::{shapes::Shape, torture::geometry};
 use surelight_tests::random::Random;
-use surelight_tests::walk::{FAR, Rays, hold_against_oracle, lone, on_instance, point_of, prepare, walk};
+use surelight_tests::render::{all, render};
+use surelight_tests::walk::{FAR, Rays, hold_against_oracle, lone, on_instance, point_of, prepare, try_walk, walk};
 
 /// Triangles of about `size` with corners of their own, in [−1, 1]³.
 fn soup(random: &mut Random, n: u32, size: f32) -> Mesh {
@@ -82,16 +86,13 @@ fn instances_that_stretch_shear_and_mirror() {
 
 /// Triangles of aspect 1e6, with a wide one behind them.
 #[test]
-fn needles() {
+fn needle() {
+    let scene = geometry::needle();
+    let mut mesh = scene.meshes[0].clone();
+    let (n, wall) = (mesh.positions.len() as u32, &scene.meshes[1]);
+    mesh.positions.extend(&wall.positions);
+    mesh.triangles.extend(wall.triangles.iter().map(|t| t.map(|i| i + n)));
     let mut random = Random::new(21);
-    let mut mesh = Mesh::default();
-    for k in 0..400u32 {
-        let (a, along, across) = (random.cube(), random.cube(), random.cube());
-        mesh.positions.extend([a, a + along, a + along * 0.5 + across * 1e-6]);
-        mesh.triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
-    }
-    mesh.positions.extend([Vec3::new(-9.0, -9.0, 2.0), Vec3::new(9.0, -9.0, 2.0), Vec3::new(0.0, 9.0, 2.0)]);
-    mesh.triangles.push([1200, 1201, 1202]);
     let mut aimed = rays(&mut random, 500, 1.5);
     for k in 0..2500 {
         let o = random.cube() * 3.0;
@@ -100,20 +101,31 @@ fn needles() {
     }
     let (scene, prepared) = lone(mesh, BuildOptions::default());
     assert!(hold_against_oracle("needles", &scene, &prepared, &aimed).hits > 1000);
+    // The error band is wider than a needle, so that brute force excuses a walk which misses it. Most are met all the same.
+    let oracle = Oracle::new(&scene, DVec3::ZERO);
+    let queries: Vec<_> = aimed.iter().map(Rays::closest).collect();
+    let (mut there, mut met) = (0, 0);
+    for (ray, found) in aimed.iter().zip(walk(&prepared, &queries)) {
+        if let Some(crossing) = oracle.intersect(ray).filter(|c| c.vertices[0] < n) {
+            there += 1;
+            met +=
+                usize::from(found.hit().is_some_and(|hit| f64::from(hit.t) < crossing.t + crossing.t_band.min(1e-3)));
+        }
+    }
+    println!("of {there} needles that a ray meets in f64 it meets {met}");
+    assert!(there > 500 && 2 * met > there, "of {there} needles that a ray meets in f64 it meets {met}");
 }
 
 /// Rays along the axes with signed zeros among their components, from grid points: they run in the planes of boxes and triangles.
 #[test]
-fn rays_along_axes() {
-    let mut shape = Shape::default();
-    for i in -1..=2 {
-        for axis in 0..3 {
-            let [n, u, v] = [0, 1, 2].map(|k| DVec3::AXES[(axis + k) % 3]);
-            // Squares of a grid: edges, corners and planes at whole numbers.
-            shape.append(Shape::parallelogram(n * f64::from(i) + (u + v) * 0.5, u * 1.5, v * 1.5).bare());
-        }
-    }
-    let mesh = shape.into_mesh("grid", 0, false);
+fn axis_aligned_rays() {
+    let scene = geometry::axis_aligned_rays();
+    // Through pixels of the picture, all of them squares.
+    let film = render(&scene, &Settings::new(48, 48), 1, 16);
+    let holes = all(&film).filter(|&i| film.mean(i) != [1.0; 3]).count();
+    assert_eq!(holes, 0, "pixels of the lattice are not 1");
+
+    let mesh = scene.meshes[0].clone();
     let mut rays = Vec::new();
     for axis in 0..3 {
         for mask in 0..8 {
@@ -150,29 +162,31 @@ fn rays_along_axes() {
     }
 }
 
+/// Triangles about one point: a quarter of the million, unless there is time.
+const MILLION: u32 = if cfg!(feature = "long") { 1_000_000 } else { 250_000 };
+
 /// Many triangles in one place: the tree cannot separate them, and the stack must hold all the same.
 #[test]
-fn triangles_in_one_place() {
+fn same_centroid_1e6() {
     let around = |c: Vec3, r: f32| [c + Vec3::new(r, 0.0, -r), c + Vec3::new(-r, r, 0.0), c + Vec3::new(0.0, -r, r)];
-    let n = 20_000;
-    let place = |f: &dyn Fn(f32) -> [Vec3; 3]| {
+    let place = |n: u32, f: &dyn Fn(f32) -> [Vec3; 3]| {
         let mut mesh = Mesh::default();
         for k in 0..n {
-            mesh.positions.extend(f(k as f32));
+            mesh.positions.extend(f(k as f32 / n as f32));
             mesh.triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
         }
         mesh
     };
     let cases = [
-        ("identical", place(&|_| around(Vec3::ONE, 0.5))),
-        ("concentric", place(&|k| around(Vec3::ZERO, 1.0 + k / n as f32))),
-        ("growing", place(&|k| around(Vec3::ZERO, (k / n as f32 * 40.0).exp2()))),
+        ("concentric", place(20_000, &|k| around(Vec3::ZERO, 1.0 + k))),
+        ("identical", place(20_000, &|_| around(Vec3::ONE, 0.5))),
+        ("growing", place(20_000, &|k| around(Vec3::ZERO, (k * 40.0).exp2()))),
     ];
     for (name, mesh) in cases {
         let mut random = Random::new(31);
         let rays: Vec<_> = (0..48)
             .map(|_| {
-                let k = random.index(n as usize);
+                let k = random.index(mesh.triangles.len());
                 let (p, size) = (
                     point_of(&mesh, k, 0.3, 0.2),
                     (point_of(&mesh, k, 1.0, 0.0) - point_of(&mesh, k, 0.0, 0.0)).length(),
@@ -184,11 +198,32 @@ fn triangles_in_one_place() {
         let (scene, prepared) = lone(mesh, BuildOptions::default());
         assert!(hold_against_oracle(name, &scene, &prepared, &rays).hits > 40);
     }
+
+    let mesh = geometry::same_centroid(MILLION).meshes.remove(0);
+    let mut random = Random::new(32);
+    let aimed: Vec<_> = (0..24)
+        .map(|_| {
+            // Past the centroid, near corners of the greatest.
+            let p = point_of(&mesh, random.index(500), 0.05, 0.05);
+            let d = p.cross(random.cube()).normalize();
+            Ray::new(p - d, d)
+        })
+        .collect();
+    let (scene, prepared) = lone(mesh, BuildOptions::default());
+    println!("a stack of {} entries for {MILLION} triangles", prepared.accel.stack_depth);
+    let tally = hold_against_oracle("a million", &scene, &prepared, &aimed);
+    assert!(tally.hits == aimed.len() && tally.ties < 4, "{tally:?}");
+
+    // A known issue: a ray on whose way a hundred thousand triangles lie at one distance meets more items than a walk may take. It is
+    // told, not wrong. When this fails, walks have no limit any more: take more triangles above.
+    let (_, prepared) = lone(place(100_000, &|k| around(Vec3::ZERO, 1.0 + k)), BuildOptions::default());
+    let through = Rays::closest(&Ray::new(Vec3::new(0.1, 0.2, 5.0), Vec3::NEG_Z));
+    assert!(!try_walk(&prepared, &[through])[0].is_complete(), "a walk of 100,000 items comes to its end");
 }
 
 /// Rays from within a closed mesh, aimed at random, at corners and at edges, never get out.
 #[test]
-fn no_ray_leaves_a_closed_mesh() {
+fn vertex_edge_aim() {
     for (scale, shift) in [(1.0, Vec3::ZERO), (1.0, Vec3::new(40.0, -20.0, 10.0)), (1e-3, Vec3::splat(0.1))] {
         let mut mesh = sphere(3);
         mesh.positions.iter_mut().for_each(|p| *p = *p * scale + shift);

@@ -1,9 +1,13 @@
-//! A scene that stands 1e5 units from the origin looks as it does at the origin: within 0.2 % of the mean.
+//! Case 4 and companions: a scene that stands far from the origin, or far from the camera, looks as it does at hand.
 
 use glam::{DAffine3, DVec3, Vec3};
+use surelight_accel::Instancing;
 use surelight_render::Settings;
-use surelight_scene::{LightKind, Scene, procedural};
-use surelight_tests::render::{Judge, all, bits, pooled, render};
+use surelight_scene::procedural::{self, shapes::Shape, torture::numeric};
+use surelight_scene::{LightKind, Scene};
+use surelight_tests::render::{Judge, all, render, ulps};
+use surelight_tests::respawn::{assert_none, check, room};
+use surelight_tests::scenes::{look_at, pinhole};
 
 const LIMIT: f64 = 0.002;
 
@@ -32,9 +36,51 @@ const DISTANCES: [DVec3; 3] = [
     DVec3::new(0.0, 6.4e6, 0.0),
 ];
 
-/// Same seed, same samples: what differs is rounding alone.
+/// A furnace at 2^20 is a furnace, and no ray in a room whose corners lie at 1e5 meets the wall that it leaves.
 #[test]
-fn by_its_nodes() {
+fn far_origin() {
+    let film = render(&procedural::torture::scene("far-origin"), &Settings::new(40, 40), 16, 32);
+    Judge::new(0.003).mean("furnace at 2^20", &film, procedural::furnace::RADIANCE.map(f64::from));
+    let by = DVec3::new(-1e5, 1e5, 1e5);
+    let cube = Shape::cuboid(by - DVec3::ONE, by + DVec3::ONE);
+    assert_none([check("room at 1e5", &room(cube, by + DVec3::new(0.3, 0.25, 0.9)), Instancing::Never, 2.0)]);
+    pictures();
+}
+
+/// Far from the *camera* f32 has only what it has: at a distance d, positions are known to some d·2^-22. A convex ball shows that rays are
+/// offset by as much: up to 1,000 radii away each sample is the ball or the sky, and none is reflected twice.
+///
+/// A known issue beyond: where the ball's outline is seen edge-on, the far side's distance comes out before the near side's, and a path
+/// that starts there is caught within. When none is any more, the last assertion fails: raise the limit.
+#[test]
+fn through_a_telephoto_lens() {
+    let (rho, sky) = (numeric::FURNACE_REFLECTANCE, numeric::FURNACE_SKY);
+    let mut lost = Vec::new();
+    for distance in [1e2, 1e3, 1e4, 1e6] {
+        let mut scene = numeric::zero_variance_furnace();
+        let eye = DVec3::new(0.6, 0.48, 0.64) * distance;
+        scene.cameras = vec![pinhole(look_at(eye, DVec3::ZERO, DVec3::Y), (1.5 / distance).atan().to_degrees() * 2.0)];
+        let film = render(&scene, &Settings::new(64, 64), 1, 1);
+        let is = |i: usize, expected: [f32; 3]| (0..3).all(|c| ulps(film.mean(i)[c] as f32, expected[c]) <= 4);
+        let reflected = all(&film).filter(|&i| is(i, [0, 1, 2].map(|c| rho[c] * sky[c]))).count();
+        let missed = all(&film).filter(|&i| is(i, sky)).count();
+        let black = all(&film).filter(|&i| is(i, [0.0; 3])).count();
+        println!("at {distance:e}: {reflected} samples of the ball, {missed} of the sky, {black} lost in it");
+        assert_eq!(reflected + missed + black, film.pixels().len(), "at {distance:e} some samples meet the ball twice");
+        let share = reflected as f64 / film.pixels().len() as f64;
+        // A circle of radius 1 in a square of 3.
+        assert!(
+            (share - std::f64::consts::PI / 9.0).abs() < 0.03,
+            "{share} of the picture is the ball at {distance:e}"
+        );
+        lost.push(black);
+    }
+    assert_eq!(lost[..2], [0, 0], "within a thousand radii samples are lost");
+    assert!(lost[3] > 0 && lost[3] < 82, "at a million radii {} of 4,096 samples are lost", lost[3]);
+}
+
+/// Same seed, same samples: what differs is rounding alone.
+fn pictures() {
     for scene in
         [procedural::cornell_box::cornell_box(), procedural::quad_light::quad_light(), procedural::glass::glass()]
     {
@@ -51,7 +97,7 @@ fn by_its_nodes() {
 
 /// Vertices at 1e5 keep 2^-7 of a unit: a room whose corners lie on that grid is the same room, and its furnace exact.
 #[test]
-fn by_its_vertices() {
+fn rooms_with_far_vertices() {
     let by = DVec3::new(-1e5, 1e5, 1e5);
     let room = moved(procedural::furnace::bare_room(), by, true);
     for mesh in &room.meshes {
@@ -59,49 +105,4 @@ fn by_its_vertices() {
     }
     let film = render(&room, &Settings::new(40, 40), 16, 32);
     Judge::new(LIMIT).mean("room at 1e5", &film, procedural::furnace::RADIANCE.map(f64::from));
-}
-
-/// Large and small worlds look alike: offsets of rays and ends of shadow rays scale with what they stand on. Scaling by a power of
-/// two rounds nothing, and changes no bit.
-#[test]
-fn at_any_scale() {
-    let scene = procedural::quad_light::quad_light();
-    let scaled = |factor: f64| {
-        let mut scene = scene.clone();
-        scene.instances.iter_mut().for_each(|i| i.to_world = DAffine3::from_scale(DVec3::splat(factor)) * i.to_world);
-        scene.cameras.iter_mut().for_each(|c| c.to_world.translation *= factor);
-        render(&scene, &Settings::new(48, 48), 4, 16)
-    };
-    let own = scaled(1.0);
-    for exponent in [-20, -7, 7, 20] {
-        assert!(
-            bits(&scaled(f64::from(exponent).exp2())) == bits(&own),
-            "scaled by 2^{exponent} it is another picture"
-        );
-    }
-    for factor in [1e-5, 3.0, 1e5] {
-        let film = scaled(factor);
-        let (a, b) = (pooled(&own, 1, all(&own)), pooled(&film, 1, all(&film)));
-        let change = b.mean / a.mean - 1.0;
-        println!("scaled by {factor:e}: {:+.5} %", 100.0 * change);
-        assert!(change.abs() < LIMIT, "scaled by {factor:e} it changes by {change:+.1e}");
-    }
-}
-
-/// Twice the light is twice the picture, bit for bit.
-#[test]
-fn at_any_brightness() {
-    let lit = |factor: f32| {
-        let mut scene = procedural::cornell_box::cornell_box();
-        scene.materials.iter_mut().for_each(|m| m.emissive = m.emissive.map(|e| e * factor));
-        render(&scene, &Settings::new(32, 32), 2, 8)
-    };
-    let own = lit(1.0);
-    for exponent in [-10, 10] {
-        let factor = f64::from(exponent).exp2();
-        let film = lit(factor as f32);
-        for i in all(&own) {
-            assert_eq!(film.mean(i), own.mean(i).map(|v| v * factor), "pixel {i}, brighter by 2^{exponent}");
-        }
-    }
 }

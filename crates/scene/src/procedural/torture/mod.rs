@@ -10,7 +10,10 @@ pub mod light;
 pub mod numeric;
 pub mod sampling;
 
+use glam::DAffine3;
+
 use super::Entry;
+use crate::{Camera, Projection, Scene};
 
 /// A case of the torture list.
 pub struct Case {
@@ -42,7 +45,17 @@ pub fn cases() -> impl Iterator<Item = &'static Case> {
 }
 
 /// The scene of a case by its name, for tests; panics where there is none.
-pub fn scene(name: &str) -> crate::Scene {
+pub fn scene(name: &str) -> Scene {
     let case = cases().find(|case| case.entry.name == name);
     (case.unwrap_or_else(|| panic!("no torture case is called {name}")).entry.build)()
+}
+
+/// A scene under a case's name.
+fn named(name: &str, scene: Scene) -> Scene {
+    Scene { name: name.to_owned(), ..scene }
+}
+
+/// Parallel rays over a square of half-width `half`.
+fn orthographic(to_world: DAffine3, half: f64) -> Camera {
+    Camera { name: "camera".to_owned(), to_world, projection: Projection::Orthographic { xmag: half, ymag: half } }
 }

@@ -1,0 +1,24 @@
+//! Case 40: however many samples, their mean does not stand still.
+
+use surelight_film::Film;
+use surelight_render::{Goal, Renderer, Settings, render};
+use surelight_scene::procedural::torture::accumulation::{self, WALL};
+use surelight_tests::render::{device, prepare};
+
+/// Samples of the pixel. In a plain f32 sum already 2^22 equal samples are off by percents.
+const SPP: u32 = if cfg!(feature = "long") { 1 << 26 } else { 1 << 22 };
+
+#[test]
+fn stagnation() {
+    let prepared = prepare(&accumulation::stagnation(), &Settings::new(1, 1));
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let mut film = Film::new(1, 1);
+    let goal = Goal { spp: Some(SPP), ..Goal::default() };
+    render(&mut renderer, &mut film, &goal, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(film.samples(0), u64::from(SPP));
+    for c in 0..3 {
+        let off = film.mean(0)[c] / f64::from(WALL[c]) - 1.0;
+        println!("{} after {SPP} samples: off by {off:+.1e}", WALL[c]);
+        assert!(off.abs() < 1e-5, "{} after {SPP} samples is off by {off:+.1e}", WALL[c]);
+    }
+}
