@@ -51,6 +51,9 @@ fn index_wrap() {
     }
 }
 
+/// From a sample to one beside it.
+type Shift = fn(Query) -> Query;
+
 /// Pearson's correlation.
 fn pearson(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len() as f64;
@@ -71,7 +74,7 @@ fn pearson(a: &[f64], b: &[f64]) -> f64 {
 fn correlation() {
     const PIXELS: u32 = 1 << 15;
     const PAIRS: u32 = 8;
-    let shifted: [(&str, fn(Query) -> Query); 5] = [
+    let shifted: [(&str, Shift); 5] = [
         ("the same sample", |q| q),
         ("the next pixel", |q| Query { pixel: q.pixel + 1, ..q }),
         ("the next row", |q| Query { pixel: q.pixel + 1920, ..q }),
@@ -80,7 +83,7 @@ fn correlation() {
     ];
     for (name, features) in SAMPLERS {
         // Columns: coordinates, pair by pair.
-        let columns = |shift: fn(Query) -> Query| -> Vec<Vec<f64>> {
+        let columns = |shift: Shift| -> Vec<Vec<f64>> {
             let query = |pair| move |pixel| shift(Query { pixel, pair, index: 5, count: 64, ..Query::default() });
             let queries: Vec<_> = (0..PAIRS).flat_map(|pair| (0..PIXELS).map(query(pair))).collect();
             let points = sample(features, &queries);

@@ -16,9 +16,9 @@ fn stagnation() {
     let goal = Goal { spp: Some(SPP), ..Goal::default() };
     render(&mut renderer, &mut film, &goal, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(film.samples(0), u64::from(SPP));
-    for c in 0..3 {
-        let off = film.mean(0)[c] / f64::from(WALL[c]) - 1.0;
-        println!("{} after {SPP} samples: off by {off:+.1e}", WALL[c]);
-        assert!(off.abs() < 1e-5, "{} after {SPP} samples is off by {off:+.1e}", WALL[c]);
+    for (found, wall) in film.mean(0).into_iter().zip(WALL) {
+        let off = found / f64::from(wall) - 1.0;
+        println!("{wall} after {SPP} samples: off by {off:+.1e}");
+        assert!(off.abs() < 1e-5, "{wall} after {SPP} samples is off by {off:+.1e}");
     }
 }
