@@ -22,8 +22,12 @@ pub struct Query {
     pub both_sides: u32,
     /// Of the surface that asks, unit; only a light tree looks at it.
     pub normal: [f32; 3],
-    /// Of no use.
-    pub unused: u32,
+    /// α of its microfacets.
+    pub alpha: f32,
+    /// Unit, towards where it is seen from.
+    pub viewer: [f32; 3],
+    /// What its microfacets scatter of all that it does.
+    pub share: f32,
 }
 
 impl Query {
@@ -34,7 +38,7 @@ impl Query {
 
     /// With these random numbers.
     pub fn with(position: [f32; 3], choice: u32, u: [f32; 2]) -> Self {
-        Self { position, choice, u, normal: [0.0, 0.0, 1.0], ..Self::default() }
+        Self { position, choice, u, normal: [0.0, 0.0, 1.0], viewer: [0.0, 0.0, 1.0], ..Self::default() }
     }
 }
 

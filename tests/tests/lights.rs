@@ -227,20 +227,25 @@ fn many() -> Scene {
         let material = emitter([if k % 5 == 0 { 50.0 } else { 1.0 }; 3]);
         add(&mut scene, shape, Material { double_sided: k % 3 == 0, ..material });
     }
+    // Something glossy, so that the tree looks at that, too.
+    let shiny = Material { roughness: 0.3, ..Material::default() };
+    add(&mut scene, Shape::parallelogram(DVec3::Z * -50.0, DVec3::X, DVec3::Y), shiny);
     add(&mut scene, Shape::icosphere(1).placed(0.1, DVec3::new(1.0, 0.5, -0.5)), emitter([2.0; 3]));
     scene.cameras = vec![pinhole(look_at(DVec3::ZERO, DVec3::Z, DVec3::Y), 60.0)];
     scene
 }
 
-/// Places that ask the tree: within the spiral, on a light, in the cluster, far away; facing anywhere.
+/// Places that ask the tree: within the spiral, on a light, in the cluster, far away; facing anywhere, dull and glossy.
 fn askers() -> Vec<Query> {
     let mut random = Random::new(3);
     let mut askers = Vec::new();
+    let mut direction = || DVec3::from([0; 3].map(|_| 2.0 * f64::from(random.unit()) - 1.0)).normalize();
     for position in [[0.0; 3], [0.439, -1.8, 0.24], [1.0, 0.5, -0.5], [1.0, 0.61, -0.5], [300.0, 20.0, 1e4]] {
-        for both_sides in [0, 1] {
-            let normal = DVec3::from([0; 3].map(|_| 2.0 * f64::from(random.unit()) - 1.0)).normalize();
-            let normal = normal.as_vec3().to_array();
-            askers.push(Query { both_sides, normal, ..Query::with(position, 0, [0.5; 2]) });
+        for (both_sides, alpha, share) in [(0, 0.0, 0.0), (1, 0.3, 0.5), (0, 0.005, 0.96)] {
+            let (normal, viewer) = (direction(), direction());
+            let viewer = if viewer.dot(normal) < 0.0 { -viewer } else { viewer };
+            let [normal, viewer] = [normal, viewer].map(|v| v.as_vec3().to_array());
+            askers.push(Query { both_sides, normal, alpha, viewer, share, ..Query::with(position, 0, [0.5; 2]) });
         }
     }
     askers
