@@ -7,6 +7,7 @@ mod buffer;
 mod document;
 mod layers;
 mod material;
+mod texture_info;
 
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;

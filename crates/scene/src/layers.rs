@@ -1,7 +1,6 @@
 //! What extensions put on, into or behind a material's surface; each does nothing by default.
 
-use crate::material::NormalTexture;
-use crate::texture::TextureRef;
+use crate::texture::{NormalTexture, TextureRef};
 
 /// KHR_materials_clearcoat: a colourless dielectric coat of index 1.5.
 #[derive(Clone, Debug, Default, PartialEq)]

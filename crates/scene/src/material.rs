@@ -1,5 +1,5 @@
 use crate::layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
-use crate::texture::TextureRef;
+use crate::texture::{NormalTexture, TextureRef};
 
 /// A glTF metallic-roughness material with the extensions that Surelight knows, by their glTF names and defaults.
 ///
@@ -67,15 +67,6 @@ pub struct Volume {
     pub attenuation_distance: f32,
     /// Linear.
     pub attenuation_color: [f32; 3],
-}
-
-/// A normal map and its strength.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NormalTexture {
-    /// The map, linear.
-    pub texture: TextureRef,
-    /// Factor on x and y before normalisation.
-    pub scale: f32,
 }
 
 /// What a material's alpha does.

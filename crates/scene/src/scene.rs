@@ -19,7 +19,7 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Punctual lights.
     pub lights: Vec<Light>,
-    /// Light from far away; set by the caller (`--env`, `--sky`), not by glTF core.
+    /// Light from far away: the file's (EXT_lights_image_based), or set by the caller (`--env`, `--sky`).
     pub environment: Option<Environment>,
     /// Extensions that the file names and what became of them.
     pub extensions: Vec<ExtensionUse>,

@@ -56,3 +56,12 @@ pub struct TextureRef {
     /// KHR_texture_transform, when it is not the identity.
     pub transform: Option<Affine2>,
 }
+
+/// A normal map and its strength.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalTexture {
+    /// The map, linear.
+    pub texture: TextureRef,
+    /// Factor on x and y before normalisation.
+    pub scale: f32,
+}

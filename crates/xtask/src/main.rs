@@ -1,6 +1,7 @@
 //! `cargo xtask …`: what keeps the repository's generated files true.
 
 mod assets;
+mod contact_sheet;
 mod mutate;
 mod references;
 mod sky;
@@ -14,6 +15,8 @@ Usage: cargo xtask <COMMAND>
 Commands:
   assets          write the generated scenes, the sky and the table in assets/
   assets --check  fail when a file in assets/ differs from what the code makes
+  contact-sheet DIR -o FOLDER
+                  a small picture of every glTF file below a folder, beside the published ones
   references DIR --surelight BINARY
                   render the scenes of a folder and test them against its references
   mutate [CASE]...
@@ -27,6 +30,7 @@ fn main() -> ExitCode {
     let result = match words[..] {
         ["assets"] => assets::write(&repository().join("assets")),
         ["assets", "--check"] => assets::check(&repository().join("assets")),
+        ["contact-sheet", ref rest @ ..] => contact_sheet::run(rest),
         ["references", ref rest @ ..] => references::run(rest),
         ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
         ["help" | "--help" | "-h"] => {

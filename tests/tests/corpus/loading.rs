@@ -10,7 +10,7 @@ use surelight_scene::{LoadOptions, load, load_environment};
 use crate::{corpus, files_below};
 
 /// No file may take longer.
-const LIMIT: Duration = Duration::from_secs(10);
+pub(crate) const LIMIT: Duration = Duration::from_secs(10);
 
 /// What loading a file gave: triangles (or texels) and warnings, or the message.
 type Outcome = Result<(usize, Vec<String>), String>;
@@ -45,7 +45,7 @@ fn attempt(path: &Path) -> Option<Outcome> {
 }
 
 /// The promises of the data model's documentation.
-fn check(scene: &surelight_scene::Scene) {
+pub(crate) fn check(scene: &surelight_scene::Scene) {
     for mesh in &scene.meshes {
         let n = mesh.positions.len();
         assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < n));

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use super::layers::LayerExtensions;
+use super::texture_info::TextureInfo;
 
 /// The whole document.
 #[derive(Serialize)]
@@ -174,31 +175,6 @@ pub(super) struct MetallicRoughness {
     pub(super) metallic_roughness_texture: Option<TextureInfo>,
 }
 
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct TextureInfo {
-    pub(super) index: usize,
-    #[serde(skip_serializing_if = "is_zero")]
-    pub(super) tex_coord: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) scale: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) extensions: Option<TextureInfoExtensions>,
-}
-
-#[derive(Serialize)]
-pub(super) struct TextureInfoExtensions {
-    #[serde(rename = "KHR_texture_transform")]
-    pub(super) transform: TextureTransform,
-}
-
-#[derive(Serialize)]
-pub(super) struct TextureTransform {
-    pub(super) offset: [f32; 2],
-    pub(super) rotation: f32,
-    pub(super) scale: [f32; 2],
-}
-
 #[derive(Default, Serialize)]
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_emissive_strength", skip_serializing_if = "Option::is_none")]
@@ -364,10 +340,6 @@ pub(super) struct LightEntry {
 pub(super) struct Spot {
     pub(super) inner_cone_angle: f32,
     pub(super) outer_cone_angle: f32,
-}
-
-fn is_zero(x: &u32) -> bool {
-    *x == 0
 }
 
 fn is_zero3(c: &[f32; 3]) -> bool {

@@ -3,8 +3,7 @@
 use serde::Serialize;
 
 use super::GlbWriteError;
-use super::document::TextureInfo;
-use super::material::{normal_info, texture_info};
+use super::texture_info::{TextureInfo, normal_info, texture_info};
 use crate::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Material, Sheen, TextureRef};
 
 #[derive(Serialize)]

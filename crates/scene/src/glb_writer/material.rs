@@ -1,14 +1,10 @@
 //! A material's JSON: factors that differ from glTF's defaults, and the extensions that they need.
 
-use glam::Affine2;
-
 use super::document::*;
 use super::layers::LayerExtensions;
+use super::texture_info::{TextureInfo, normal_info, texture_info};
 use super::{GlbWriteError, split_strength};
-use crate::{AlphaMode, Material, NormalTexture, TextureRef, Volume};
-
-/// How far, relative to the scales, a texture transform's axes may be from perpendicular.
-const SHEAR_TOLERANCE: f32 = 1e-5;
+use crate::{AlphaMode, Material, TextureRef, Volume};
 
 pub(super) fn entry(material: &Material) -> Result<MaterialEntry, GlbWriteError> {
     let info = |texture: &Option<TextureRef>| texture.as_ref().map(|t| texture_info(t, material)).transpose();
@@ -92,43 +88,4 @@ fn volume(volume: &Volume) -> VolumeEntry {
         attenuation_distance: volume.attenuation_distance.is_finite().then_some(volume.attenuation_distance),
         attenuation_color: volume.attenuation_color,
     }
-}
-
-pub(super) fn texture_info(texture: &TextureRef, material: &Material) -> Result<TextureInfo, GlbWriteError> {
-    let extensions = match &texture.transform {
-        Some(transform) => {
-            let transform =
-                texture_transform(transform).ok_or_else(|| GlbWriteError::Shear { material: material.name.clone() })?;
-            Some(TextureInfoExtensions { transform })
-        }
-        None => None,
-    };
-    Ok(TextureInfo { index: texture.texture, tex_coord: texture.uv_set, scale: None, extensions })
-}
-
-/// A normal map with its strength.
-pub(super) fn normal_info(
-    normal: Option<&NormalTexture>,
-    material: &Material,
-) -> Result<Option<TextureInfo>, GlbWriteError> {
-    let Some(normal) = normal else { return Ok(None) };
-    let mut info = texture_info(&normal.texture, material)?;
-    info.scale = (normal.scale != 1.0).then_some(normal.scale);
-    Ok(Some(info))
-}
-
-/// Splits into KHR_texture_transform's offset, rotation and scale.
-///
-/// The extension's matrix is T·R·S with R = [cos, sin; −sin, cos] by rows (v points down, so that a positive angle
-/// turns counter-clockwise as seen). `None` where the axes are not perpendicular.
-fn texture_transform(transform: &Affine2) -> Option<TextureTransform> {
-    let (x_axis, y_axis) = (transform.matrix2.x_axis, transform.matrix2.y_axis);
-    let (sx, length_y) = (x_axis.length(), y_axis.length());
-    if x_axis.dot(y_axis).abs() > SHEAR_TOLERANCE * sx * length_y {
-        return None;
-    }
-    // x_axis = sx·(cos, −sin), y_axis = sy·(sin, cos); a mirror goes into the sign of sy.
-    let rotation = if sx > 0.0 { (-x_axis.y).atan2(x_axis.x) } else { y_axis.x.atan2(y_axis.y) };
-    let sy = if sx > 0.0 && x_axis.perp_dot(y_axis) < 0.0 { -length_y } else { length_y };
-    Some(TextureTransform { offset: transform.translation.to_array(), rotation: rotation + 0.0, scale: [sx, sy] })
 }

@@ -162,6 +162,8 @@ pub(crate) struct Asset {
 pub(crate) struct SceneJson {
     #[serde(default)]
     pub(crate) nodes: Vec<Int>,
+    #[serde(default)]
+    pub(crate) extensions: Extensions,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -53,7 +53,7 @@ pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnin
         }
     };
     let mut lights = Vec::new();
-    for placed in placed {
+    for placed in placed.iter().filter(|placed| placed.visible) {
         let node = &document.nodes[placed.node];
         let Some(reference) = node.extensions.parse::<NodeJson>(NAME) else { continue };
         let place = format!("node {}", placed.node);

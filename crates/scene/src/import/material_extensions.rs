@@ -1,10 +1,9 @@
 //! Material extensions: emissive_strength, ior, specular, transmission, volume, unlit.
 
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 
-use super::document::{Extensions, MaterialJson, TextureInfo};
-use super::materials::{Draft, Reader};
+use super::document::{MaterialJson, TextureInfo};
+use super::material_draft::{Draft, Reader, parse};
 use super::specular_glossiness;
 use crate::Volume;
 
@@ -97,15 +96,4 @@ fn volume(json: &VolumeJson, reader: &mut Reader) -> Option<Volume> {
         None => f32::INFINITY,
     };
     (thickness > 0.0).then_some(Volume { attenuation_distance, attenuation_color })
-}
-
-/// An extension's object as a type; a mistyped one is a warning and counts as absent.
-pub(crate) fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
-    match extensions.parse(name)? {
-        Ok(value) => Some(value),
-        Err(e) => {
-            reader.warnings.push(format!("{name} of {} is ignored: {e}.", reader.place));
-            None
-        }
-    }
 }

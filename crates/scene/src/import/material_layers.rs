@@ -3,62 +3,12 @@
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_extensions::parse;
-use super::materials::{Draft, Reader, bind_normal};
+use super::material_draft::{Draft, Reader, parse};
 use super::specular_glossiness;
-use super::textures::{Binder, Lookup};
-use crate::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Material, Sheen};
+use crate::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 
 /// Films thicker than this show no colours, and phases would lose their digits.
 const MOST_NANOMETRES: f32 = 1e6;
-
-/// Textures of the layers before they are decoded.
-#[derive(Debug, Default)]
-pub(crate) struct LayerLookups {
-    clearcoat: Option<Lookup>,
-    clearcoat_roughness: Option<Lookup>,
-    pub(crate) clearcoat_normal: Option<(Lookup, f32)>,
-    sheen_color: Option<Lookup>,
-    sheen_roughness: Option<Lookup>,
-    pub(crate) anisotropy: Option<Lookup>,
-    iridescence: Option<Lookup>,
-    iridescence_thickness: Option<Lookup>,
-    diffuse_transmission: Option<Lookup>,
-    diffuse_transmission_color: Option<Lookup>,
-}
-
-impl LayerLookups {
-    pub(crate) fn lookups(&self) -> impl Iterator<Item = &Lookup> {
-        [
-            &self.clearcoat,
-            &self.clearcoat_roughness,
-            &self.sheen_color,
-            &self.sheen_roughness,
-            &self.anisotropy,
-            &self.iridescence,
-            &self.iridescence_thickness,
-            &self.diffuse_transmission,
-            &self.diffuse_transmission_color,
-        ]
-        .into_iter()
-        .flatten()
-        .chain(self.clearcoat_normal.as_ref().map(|(lookup, _)| lookup))
-    }
-
-    /// Puts the bound textures into the material.
-    pub(crate) fn bind(&self, material: &mut Material, binder: &mut Binder) {
-        material.clearcoat.texture = binder.bind(self.clearcoat.as_ref());
-        material.clearcoat.roughness_texture = binder.bind(self.clearcoat_roughness.as_ref());
-        material.clearcoat.normal_texture = bind_normal(self.clearcoat_normal.as_ref(), binder);
-        material.sheen.color_texture = binder.bind(self.sheen_color.as_ref());
-        material.sheen.roughness_texture = binder.bind(self.sheen_roughness.as_ref());
-        material.anisotropy.texture = binder.bind(self.anisotropy.as_ref());
-        material.iridescence.texture = binder.bind(self.iridescence.as_ref());
-        material.iridescence.thickness_texture = binder.bind(self.iridescence_thickness.as_ref());
-        material.diffuse_transmission.texture = binder.bind(self.diffuse_transmission.as_ref());
-        material.diffuse_transmission.color_texture = binder.bind(self.diffuse_transmission_color.as_ref());
-    }
-}
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]

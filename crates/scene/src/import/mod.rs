@@ -15,9 +15,11 @@ mod draco;
 mod error;
 mod extensions;
 mod glb;
+mod image_based_light;
 mod images;
 mod instancing;
 mod lights;
+mod material_draft;
 mod material_extensions;
 mod material_layers;
 mod materials;
@@ -137,6 +139,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
         extensions,
         cameras: cameras::read(&document, &placed, &mut warnings)?,
         lights: lights::read(&document, &placed, &mut warnings),
+        environment: image_based_light::read(sources, options.scene, &mut warnings),
         ..Scene::default()
     };
     shapes::read(&mut scene, &accessors, sources, &placed, &poses, &mut warnings)?;

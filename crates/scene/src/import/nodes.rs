@@ -1,6 +1,7 @@
 //! The node hierarchy: checked to be a forest, then walked without recursion, in f64.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use serde::Deserialize;
 
 use super::animation::{Pose, Poses};
 use super::document::{Document, Int, Node};
@@ -14,6 +15,20 @@ pub(crate) struct Placed {
     pub(crate) node: usize,
     /// Node to world.
     pub(crate) to_world: DAffine3,
+    /// Whether what hangs on it shows: meshes and lights, but not cameras (KHR_node_visibility).
+    pub(crate) visible: bool,
+}
+
+const VISIBILITY: &str = "KHR_node_visibility";
+
+#[derive(Deserialize)]
+struct Visibility {
+    #[serde(default = "yes")]
+    visible: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// All nodes of the chosen scene that carry something, in the order of their indices.
@@ -28,15 +43,16 @@ pub(crate) fn place(
     let parents = parents(document)?;
     let roots = roots(document, wanted, &parents, warnings)?;
     let mut placed = Vec::new();
-    let mut stack: Vec<(usize, DAffine3)> = roots.iter().rev().map(|&root| (root, DAffine3::IDENTITY)).collect();
+    let mut stack: Vec<_> = roots.iter().rev().map(|&root| (root, DAffine3::IDENTITY, true)).collect();
     // Every node has at most one parent and roots have none, so nothing is met twice and the walk ends.
-    while let Some((index, parent)) = stack.pop() {
+    while let Some((index, parent, shown)) = stack.pop() {
         let node = &document.nodes[index];
         let to_world = parent * local(node, index, poses.get(&index), warnings);
+        let visible = shown && is_visible(node, index, warnings);
         if node.mesh.is_some() || node.camera.is_some() || !node.extensions.is_empty() {
-            placed.push(Placed { node: index, to_world });
+            placed.push(Placed { node: index, to_world, visible });
         }
-        stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world)));
+        stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world, visible)));
     }
     placed.sort_unstable_by_key(|p| p.node);
     Ok(placed)
@@ -116,6 +132,24 @@ fn parents(document: &Document) -> Result<Vec<Option<u32>>> {
     }
 }
 
+/// Whether a node shows, as far as it says itself.
+fn is_visible(node: &Node, index: usize, warnings: &mut Warnings) -> bool {
+    match node.extensions.parse::<Visibility>(VISIBILITY) {
+        None => true,
+        Some(Ok(json)) => json.visible,
+        Some(Err(e)) => {
+            warnings.push(format!("Whether node {index} is visible cannot be read ({e}); it is shown."));
+            true
+        }
+    }
+}
+
+/// The scene that is shown: the one that is asked for, the default one, the first; there may be none of that number.
+pub(crate) fn chosen(document: &Document, wanted: Option<usize>) -> Option<usize> {
+    let first = (!document.scenes.is_empty()).then_some(0);
+    wanted.or(document.scene.map(Int::index)).or(first)
+}
+
 fn roots(
     document: &Document,
     wanted: Option<usize>,
@@ -123,22 +157,16 @@ fn roots(
     warnings: &mut Warnings,
 ) -> Result<Vec<usize>> {
     let scenes = &document.scenes;
-    let chosen = match (wanted, document.scene) {
-        (Some(index), _) if index < scenes.len() => Some(index),
-        (Some(index), _) => return Err(Fault::no_such("the choice of a scene", "scene", index, scenes.len())),
-        (None, Some(default)) if default.index() < scenes.len() => Some(default.index()),
-        (None, Some(default)) => {
-            return Err(Fault::no_such("the default scene", "scene", default.index(), scenes.len()));
-        }
-        (None, None) if scenes.is_empty() => None,
-        (None, None) => Some(0),
-    };
-    let Some(chosen) = chosen else {
+    let Some(chosen) = chosen(document, wanted) else {
         if !document.nodes.is_empty() {
             warnings.push("The file has no scene; all its nodes are shown.");
         }
         return Ok((0..document.nodes.len()).filter(|&i| parents[i].is_none()).collect());
     };
+    if chosen >= scenes.len() {
+        let place = if wanted.is_some() { "the choice of a scene" } else { "the default scene" };
+        return Err(Fault::no_such(place, "scene", chosen, scenes.len()));
+    }
     let place = format!("scene {chosen}");
     let mut seen = std::collections::HashSet::new();
     let mut roots = Vec::new();

@@ -8,7 +8,7 @@ use super::accessor::{Accessors, Component, Typed};
 use super::document::{Int, Primitive, get};
 use super::draco;
 use super::error::{Fault, Result};
-use super::materials::Draft;
+use super::material_draft::Draft;
 use super::normals::{self, Repair};
 use super::skins::{self, Influences, Skin};
 use super::tangents;

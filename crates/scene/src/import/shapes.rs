@@ -12,7 +12,8 @@ use super::draco;
 use super::error::{Fault, Result};
 use super::images::{self, Sources};
 use super::instancing;
-use super::materials::{self, Draft};
+use super::material_draft::Draft;
+use super::materials;
 use super::nodes::{self, Placed, Worlds};
 use super::primitives::{Deformation, Plan};
 use super::skins::{self, Skin};
@@ -136,10 +137,10 @@ struct Job<'a> {
     plan: Plan<'a>,
 }
 
-/// The look of each placed node that shows a mesh.
+/// The look of each placed node that has a mesh and is visible.
 fn looks(document: &Document, placed: &[Placed], poses: &Poses) -> Result<BTreeMap<usize, Look>> {
     let mut looks = BTreeMap::new();
-    for placed in placed {
+    for placed in placed.iter().filter(|placed| placed.visible) {
         let Some(mesh) = nodes::mesh_of(document, placed.node)? else { continue };
         let node = &document.nodes[placed.node];
         let json = &document.meshes[mesh];

@@ -8,7 +8,7 @@
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::materials::{Draft, Reader};
+use super::material_draft::{Draft, Reader};
 
 pub(crate) const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
 
@@ -49,11 +49,4 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) 
     draft.specular_color = reader.texture(json.specular_glossiness_texture.as_ref());
     draft.metallic_roughness = None;
     draft.glossiness = draft.specular_color.clone().map(|lookup| (lookup, glossiness));
-}
-
-/// A roughness map (in G) out of a map with glossiness in its alpha, for a roughness factor of 1.
-pub(crate) fn roughness(rgba: &[u8], glossiness: f32) -> Vec<u8> {
-    let table: Vec<u8> =
-        (0..=255_u8).map(|a| ((1.0 - f32::from(a) / 255.0 * glossiness) * 255.0).round() as u8).collect();
-    rgba.as_chunks::<4>().0.iter().flat_map(|&[_, _, _, a]| [0, table[usize::from(a)], 0, 255]).collect()
 }

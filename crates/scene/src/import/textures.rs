@@ -8,7 +8,6 @@ use serde::Deserialize;
 
 use super::document::{Document, Int, TextureInfo, get};
 use super::images::Decoded;
-use super::specular_glossiness;
 use super::warnings::Warnings;
 use crate::{Filter, Image, Texture, TextureRef, Wrap};
 
@@ -162,7 +161,7 @@ impl<'a> Binder<'a> {
             Some(&index) => index,
             None => {
                 let from = &self.decoded.images[image];
-                let rgba = specular_glossiness::roughness(&from.rgba, glossiness);
+                let rgba = roughness(&from.rgba, glossiness);
                 self.made.push(Image { name: format!("{} (roughness)", from.name), rgba, ..*from });
                 let index = self.decoded.images.len() + self.made.len() - 1;
                 self.roughness.insert(key, index);
@@ -217,4 +216,11 @@ fn wrap(json: Option<Int>, place: &str, warnings: &mut Warnings) -> Wrap {
             Wrap::Repeat
         }
     }
+}
+
+/// A roughness map (in G) out of a map with glossiness in its alpha, for a roughness factor of 1.
+fn roughness(rgba: &[u8], glossiness: f32) -> Vec<u8> {
+    let table: Vec<u8> =
+        (0..=255_u8).map(|a| ((1.0 - f32::from(a) / 255.0 * glossiness) * 255.0).round() as u8).collect();
+    rgba.as_chunks::<4>().0.iter().flat_map(|&[_, _, _, a]| [0, table[usize::from(a)], 0, 255]).collect()
 }

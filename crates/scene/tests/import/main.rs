@@ -9,6 +9,7 @@ mod environment;
 mod framing;
 mod geometry_extensions;
 mod hostile;
+mod image_based_light;
 mod materials;
 mod meshes;
 mod nodes;

@@ -169,6 +169,35 @@ fn unreachable_meshes_are_not_read() {
 }
 
 #[test]
+fn hidden_nodes_hide_meshes_and_lights_below_them_but_no_camera() {
+    let hidden = |visible: Value| json!({"KHR_node_visibility": {"visible": visible}});
+    let mut gltf = with_nodes(json!([
+        {"mesh": 0},
+        {"children": [2, 3], "extensions": hidden(json!(false)), "camera": 0},
+        // Visible itself, but not all that is above it.
+        {"mesh": 0, "extensions": hidden(json!(true))},
+        {"extensions": {"KHR_lights_punctual": {"light": 0}}},
+        {"mesh": 0, "extensions": {"KHR_node_visibility": {}}},
+    ]));
+    gltf.json["scenes"][0]["nodes"] = json!([0, 1, 4]);
+    gltf.json["extensionsUsed"] = json!(["KHR_node_visibility", "KHR_lights_punctual"]);
+    gltf.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    gltf.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]);
+    let scene = gltf.load();
+    assert_eq!((scene.instances.len(), scene.lights.len(), scene.cameras.len()), (2, 0, 1));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+
+    gltf.json["nodes"][1]["extensions"] = hidden(json!(true));
+    let scene = gltf.load();
+    assert_eq!((scene.instances.len(), scene.lights.len()), (3, 1));
+
+    gltf.json["nodes"][1]["extensions"] = hidden(json!("no"));
+    let scene = gltf.load();
+    assert_eq!(scene.instances.len(), 3);
+    assert!(scene.warnings[0].contains("Whether node 1 is visible"), "{:?}", scene.warnings);
+}
+
+#[test]
 fn instances_are_limited() {
     let mut gltf = Gltf::triangle();
     let nodes: Vec<Value> = (0..100).map(|_| json!({"mesh": 0})).collect();

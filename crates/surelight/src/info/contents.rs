@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_scene::{Camera, Light, LightKind, Projection, Scene};
+use surelight_scene::{Camera, Environment, Light, LightKind, Projection, Scene};
 
 /// What a scene holds.
 #[derive(Debug, Serialize)]
@@ -57,7 +57,7 @@ impl Contents {
                 .map(|image| Image { name: image.name.clone(), width: image.width, height: image.height })
                 .collect(),
             image_bytes: scene.images.iter().map(|image| image.rgba.len()).sum(),
-            lights: scene.lights.iter().map(light).collect(),
+            lights: scene.lights.iter().map(light).chain(scene.environment.iter().map(environment)).collect(),
             cameras: scene.cameras.iter().map(camera).collect(),
             extensions: scene
                 .extensions
@@ -77,6 +77,16 @@ fn light(light: &Light) -> String {
         LightKind::Directional { .. } => ("directional", "lx"),
     };
     format!("\"{}\" {kind}, {r} {g} {b} {unit}", light.name)
+}
+
+/// The file's own, of EXT_lights_image_based.
+fn environment(environment: &Environment) -> String {
+    match environment {
+        Environment::Uniform([r, g, b]) => format!("the sky, {r} {g} {b} nt"),
+        Environment::Map { map, scale, .. } => {
+            format!("an environment of {} x {} texels, times {scale}", map.width, map.height)
+        }
+    }
 }
 
 fn camera(camera: &Camera) -> String {

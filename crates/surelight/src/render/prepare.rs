@@ -47,9 +47,12 @@ impl Loaded {
     /// Builds the BVH, the lights and the textures.
     pub(super) fn prepare(&mut self, settings: &Settings) -> Result<Prepared, Error> {
         let prepared = Prepared::new(&self.scene, &self.view.camera, settings)?;
-        let broken = prepared.accel.skipped.non_finite;
+        let (broken, flat) = (prepared.accel.skipped.non_finite, prepared.accel.skipped.zero_area);
+        if flat > 0 && flat + broken >= self.scene.triangle_count() as u64 {
+            self.warnings.push("no triangle has an area: the picture shows the surroundings alone".into());
+        }
         if broken > 0 {
-            self.warnings.push(format!("{broken} triangles with corners that are not finite were left out"));
+            self.warnings.push(format!("triangles with corners that are not finite were left out: {broken}"));
         }
         for light in &prepared.unreachable {
             if light.is_bias() {

@@ -1,0 +1,170 @@
+//! `cargo xtask contact-sheet`: a small picture of every glTF file below a folder, beside the published one where there is one.
+//!
+//! Files below a folder `malformed` are left out. The picture of `NAME.glb`, or of any file in a folder `NAME`, stands beside the
+//! first image in `DIR/docs/NAME/screenshot`, when there is one. Under each stands its name and what the program warned of.
+
+mod sheet;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use sheet::Entry;
+
+const USAGE: &str = "\
+Usage: cargo xtask contact-sheet DIR -o FOLDER [OPTIONS]
+
+Options:
+  --surelight BINARY  the program that renders [the one beside this tool's own: cargo build --release]
+  --env FILE          light [what the files have, or a white sky]
+  --spp N             samples a pixel [64]
+  --size N            pixels on a side [192]
+  --only TEXT         files whose path has this in it
+";
+
+#[derive(Debug)]
+struct Options {
+    folder: PathBuf,
+    output: PathBuf,
+    surelight: PathBuf,
+    env: Option<PathBuf>,
+    spp: u32,
+    size: u32,
+    only: String,
+}
+
+/// Renders all files and writes `sheet-01.png` and so on. The error is a sentence for the user.
+pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
+    let options = parse(arguments)?;
+    let mut files = Vec::new();
+    scenes_below(&options.folder, &mut files)?;
+    files.retain(|file| file.to_string_lossy().contains(&options.only));
+    files.sort();
+    if files.is_empty() {
+        return Err(format!("below \"{}\" there is no such glTF file", options.folder.display()));
+    }
+    std::fs::create_dir_all(&options.output)
+        .map_err(|error| format!("the folder \"{}\" could not be made: {error}", options.output.display()))?;
+    let scratch = tempfile::tempdir().map_err(|error| format!("no temporary folder could be made: {error}"))?;
+    let mut entries = Vec::new();
+    for file in &files {
+        let entry = render(&options, file, &scratch.path().join("picture.png"))?;
+        println!("{:<60} {}", entry.name, entry.note);
+        entries.push(entry);
+    }
+    let failed = entries.iter().filter(|e| e.picture.is_none()).count();
+    println!("{} files, {failed} without a picture", entries.len());
+    sheet::write(&entries, options.size, &options.output)
+}
+
+fn parse(arguments: &[&str]) -> Result<Options, String> {
+    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("surelight")));
+    let mut options = Options {
+        folder: PathBuf::new(),
+        output: PathBuf::new(),
+        surelight: beside.unwrap_or_else(|| PathBuf::from("surelight")).with_extension(std::env::consts::EXE_EXTENSION),
+        env: None,
+        spp: 64,
+        size: 192,
+        only: String::new(),
+    };
+    let mut rest = arguments.iter();
+    while let Some(&argument) = rest.next() {
+        let mut value = || rest.next().copied().ok_or_else(|| format!("{argument} needs a value\n\n{USAGE}"));
+        let number = |text: &str| {
+            text.parse()
+                .ok()
+                .filter(|n| (1..=4096).contains(n))
+                .ok_or_else(|| format!("{argument} {text}: no such number"))
+        };
+        match argument {
+            "-o" => options.output = value()?.into(),
+            "--surelight" => options.surelight = value()?.into(),
+            "--env" => options.env = Some(value()?.into()),
+            "--spp" => options.spp = number(value()?)?,
+            "--size" => options.size = number(value()?)?,
+            "--only" => options.only = value()?.into(),
+            folder if options.folder.as_os_str().is_empty() && !folder.starts_with('-') => {
+                options.folder = folder.into()
+            }
+            other => return Err(format!("\"{other}\" means nothing here\n\n{USAGE}")),
+        }
+    }
+    if options.folder.as_os_str().is_empty() || options.output.as_os_str().is_empty() {
+        return Err(format!("a folder of files and a folder for the sheets are needed\n\n{USAGE}"));
+    }
+    Ok(options)
+}
+
+fn scenes_below(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
+    let failed = |error| format!("the folder \"{}\" cannot be read: {error}", folder.display());
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.is_dir() {
+            if !path.ends_with("malformed") {
+                scenes_below(&path, files)?;
+            }
+        } else if path.extension().is_some_and(|e| e == "glb" || e == "gltf") {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// A file's picture, or why there is none.
+fn render(options: &Options, file: &Path, picture: &Path) -> Result<Entry, String> {
+    let mut command = Command::new(&options.surelight);
+    command.arg(file).args(["--quiet", "--spp", &options.spp.to_string()]);
+    command.args(["--size", &format!("{0}x{0}", options.size)]).arg("-o").arg(picture);
+    if let Some(env) = &options.env {
+        command.arg("--env").arg(env);
+    }
+    let output = command
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|error| format!("{} cannot be run: {error}", options.surelight.display()))?;
+    let mut entry = Entry {
+        name: file.strip_prefix(&options.folder).unwrap_or(file).display().to_string(),
+        note: String::new(),
+        picture: None,
+        published: published(&options.folder, file),
+    };
+    if output.status.success() {
+        let bytes = std::fs::read(picture).map_err(|error| format!("a picture cannot be read: {error}"))?;
+        entry.picture = image::load_from_memory(&bytes).ok();
+        let summary = String::from_utf8_lossy(&output.stdout);
+        // That a camera and a sky were chosen is no news here.
+        let told = summary.lines().filter_map(|line| line.strip_prefix("warning   "));
+        entry.note = told.filter(|note| !note.starts_with("the file has no")).collect::<Vec<_>>().join(" ");
+    } else {
+        entry.note = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or("no word").to_owned();
+    }
+    Ok(entry)
+}
+
+/// The picture that was published with a model.
+fn published(folder: &Path, file: &Path) -> Option<image::DynamicImage> {
+    let own = file.file_stem()?.to_str()?;
+    let parent = file.parent()?.file_name()?.to_str()?;
+    // "Duck-Draco" is a Duck.
+    [own, parent].into_iter().find_map(|name| {
+        let shots = folder.join("docs").join(name.split("-").next()?).join("screenshot");
+        let mut shots: Vec<_> = std::fs::read_dir(shots).ok()?.flatten().map(|entry| entry.path()).collect();
+        shots.sort_by_key(|path| !path.to_string_lossy().contains("screenshot."));
+        shots.iter().find_map(|path| image::open(path).ok())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments() {
+        let options = parse(&["corpus", "-o", "out", "--spp", "8", "--only", "Box"]).expect("valid");
+        assert_eq!((options.folder, options.output), (PathBuf::from("corpus"), PathBuf::from("out")));
+        assert_eq!((options.spp, options.size, options.only.as_str()), (8, 192, "Box"));
+        for wrong in [&["corpus"][..], &["-o", "out"], &["a", "b", "-o", "c"], &["a", "-o", "b", "--spp", "0"]] {
+            assert!(parse(wrong).is_err(), "{wrong:?}");
+        }
+    }
+}
