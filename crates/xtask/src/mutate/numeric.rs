@@ -61,10 +61,10 @@ pub(super) const ROWS: &[Mutation] = &[
     },
     Mutation {
         case: 7,
-        mistake: "GGX by 1 − cos²",
+        mistake: "GGX by 1 − cos² of the half-vector",
         file: "shaders/bsdf/ggx.wesl",
         from: "let t = max(dot(vec3f(1.0, 1.0, a2), h * h), a2);",
-        to: "let t = h.z * h.z * (a2 - 1.0) + 1.0;",
+        to: "let t = 1.0 - h.z * h.z + a2 * h.z * h.z;",
         binary: BINARY,
         test: "endpoints::dot_above_one",
     },
