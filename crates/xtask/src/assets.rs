@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use surelight_scene::procedural::{Entry, GALLERY, spheres, torture};
+use surelight_scene::procedural::{Entry, GALLERY, extensions, spheres, torture};
 use surelight_scene::write_glb;
 
 /// No committed scene may be larger.
@@ -15,6 +15,9 @@ const MOST_TORTURE_BYTES: usize = 100 * 1024;
 
 /// Folder of the torture list's scenes in `assets/`.
 const TORTURE: &str = "torture";
+
+/// Folder of the files for one extension each.
+const EXTENSIONS: &str = "gltf";
 
 /// A file of `assets/`: its name and its bytes.
 type File = (String, Vec<u8>);
@@ -76,6 +79,13 @@ fn generate() -> Result<Vec<File>, String> {
     );
     files.push(("sky.exr".to_owned(), sky));
     files.push(("README.md".to_owned(), readme(&table).into_bytes()));
+    let mut plates = String::new();
+    for file in extensions::FILES {
+        let (bytes, row) = scene_file(&file.entry, MOST_TORTURE_BYTES)?;
+        plates.push_str(&row);
+        files.push((format!("{EXTENSIONS}/{}.glb", file.entry.name), bytes));
+    }
+    files.push((format!("{EXTENSIONS}/README.md"), extensions_readme(&plates).into_bytes()));
     let mut cases = String::new();
     for case in torture::cases() {
         let Entry { name, shows, known, .. } = case.entry;
@@ -102,6 +112,21 @@ fn scene_file(entry: &Entry, most_bytes: usize) -> Result<(Vec<u8>, String), Str
     }
     let row = format!("| {name}.glb | {shows} | {known} | {} | {} |\n", scene.triangle_count(), bytes.len());
     Ok((bytes, row))
+}
+
+fn extensions_readme(table: &str) -> String {
+    format!(
+        "# Files for one extension each
+
+Those in the table are made by `cargo xtask assets` from `crates/scene/src/procedural/extensions.rs`, and held against what is known by
+`tests/torture/bsdf/extensions.rs`. Each is seen straight on, under a white sky (`--sky 1,1,1`) unless it has a light.
+The others, `basisu`, `draco` and `meshopt-*`, were made by encoders of other hands ([gltf.md](../../docs/gltf.md)), with the plain meshes or
+colours that they must equal beside them.
+
+| file | shows | known | triangles | bytes |
+|---|---|---|---:|---:|
+{table}"
+    )
 }
 
 fn torture_readme(table: &str) -> String {

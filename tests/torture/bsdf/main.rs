@@ -3,5 +3,6 @@
 mod alpha;
 mod cone;
 mod energy;
+mod extensions;
 mod formula;
 mod glass;

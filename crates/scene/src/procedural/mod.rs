@@ -8,6 +8,7 @@
 
 mod builder;
 pub mod cornell_box;
+pub mod extensions;
 pub mod furnace;
 pub mod glass;
 pub mod many_lights;
