@@ -15,17 +15,24 @@ pub(crate) struct EnvironmentTable {
     pub(crate) total: f64,
 }
 
+/// Least share of the light that compensated sampling must be left with.
+const LEAST_LEFT: f64 = 0.01;
+
 impl EnvironmentTable {
     /// `None` when the map is black.
-    pub(crate) fn new(map: &EnvironmentMap) -> Option<Self> {
+    ///
+    /// `compensated`: directions from BSDFs are sampled, too, and find dim texels well enough. Then only what is brighter than the
+    /// mean is sampled, in proportion to how much (Karlík, Šik, Vévoda, Skřivan & Křivánek 2019, "MIS compensation: optimizing
+    /// sampling techniques in multiple importance sampling", section 5).
+    pub(crate) fn new(map: &EnvironmentMap, compensated: bool) -> Option<Self> {
         let (width, height) = (map.width as usize, map.height as usize);
         let luminance: Vec<f64> = map.texels.iter().map(|t| super::luminance(*t)).collect();
         let solid_angle = |row: usize| {
             let edge = |r: usize| (PI * r as f64 / height as f64).cos();
             2.0 * PI / width as f64 * (edge(row) - edge(row + 1))
         };
-        // Radiance is bilinear between texel centres; a cell's weight is its mean over the cell, which is nowhere 0 where
-        // the radiance is not.
+        // Radiance is bilinear between texel centres; a cell's weight is its mean over the cell, which before compensation is nowhere
+        // 0 where the radiance is not.
         let mut weights = Vec::with_capacity(luminance.len());
         for y in 0..height {
             let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
@@ -44,12 +51,50 @@ impl EnvironmentTable {
         if total.is_nan() || total <= 0.0 {
             return None;
         }
+        let weights = if compensated { compensate(weights, total, |i| solid_angle(i / width)) } else { weights };
+        let sum: f64 = weights.iter().sum();
         let texels = map
             .texels
             .iter()
             .enumerate()
-            .map(|(i, t)| [t[0], t[1], t[2], (weights[i] / total / solid_angle(i / width)) as f32])
+            .map(|(i, t)| [t[0], t[1], t[2], (weights[i] / sum / solid_angle(i / width)) as f32])
             .collect();
         Some(Self { texels, alias: alias_table(&weights), total })
+    }
+}
+
+/// Takes the mean radiance off all weights; leaves them alone where next to nothing would be left, as of a uniform map.
+fn compensate(weights: Vec<f64>, total: f64, solid_angle: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mean = total / (4.0 * PI);
+    let left: Vec<f64> = weights.iter().enumerate().map(|(i, w)| (w - mean * solid_angle(i)).max(0.0)).collect();
+    if left.iter().sum::<f64>() < LEAST_LEFT * total { weights } else { left }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(texel: impl Fn(u32, u32) -> f32, compensated: bool) -> EnvironmentTable {
+        let texels = (0..32).map(|i| [texel(i % 8, i / 8); 3]).collect();
+        let map = EnvironmentMap { width: 8, height: 4, texels };
+        EnvironmentTable::new(&map, compensated).expect("the map shines")
+    }
+
+    #[test]
+    fn compensation_leaves_dim_texels_to_directions() {
+        let texel = |x, y| if (x, y) == (3, 1) { 100.0 } else { 1.0 };
+        let (plain, compensated) = (table(texel, false), table(texel, true));
+        assert!(plain.texels.iter().all(|t| t[3] > 0.0));
+        assert_eq!(compensated.texels[31][3], 0.0);
+        assert!(compensated.texels[8 + 3][3] > plain.texels[8 + 3][3]);
+        // What the environment is worth among other lights is as before.
+        assert_eq!(plain.total, compensated.total);
+    }
+
+    #[test]
+    fn a_uniform_map_is_sampled_evenly() {
+        for t in table(|_, _| 0.3, true).texels {
+            assert!((f64::from(t[3]) * 4.0 * PI - 1.0).abs() < 1e-6, "{t:?}");
+        }
     }
 }

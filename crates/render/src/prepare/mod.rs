@@ -192,7 +192,7 @@ impl Prepared {
                 view.environment = [*scale; 3];
                 view.environment_rotation = rotation / std::f32::consts::TAU;
                 view.environment_size = [map.width, map.height];
-                EnvironmentTable::new(map)
+                EnvironmentTable::new(map, settings.integrator == Integrator::Mis)
             }
             Some(Environment::Uniform(radiance)) => {
                 view.environment = *radiance;
