@@ -11,6 +11,7 @@ pub mod conditions;
 pub mod data;
 mod error;
 pub mod gate;
+pub mod map;
 pub mod measure;
 mod method;
 mod overlay;

@@ -61,8 +61,8 @@ fn share(pixel: &PixelMoments, mean: f64, sample: f64, new: bool) -> f32 {
         (n * luminance(pixel.variance_of_mean().unwrap_or_default().map(f64::sqrt))).powi(2)
     };
     let all = if new { deviations + own } else { deviations.max(own) };
-    // Rounding of the largest sample is no deviation.
-    if sample <= mean * (1.0 + 1.0 / 4096.0) {
+    // A sample so near the mean is no tail, however little the others vary: alone it moves the mean by 1/64 of 1/n.
+    if sample <= mean * (1.0 + 1.0 / 64.0) {
         0.0
     } else if all.is_finite() {
         (own / all) as f32

@@ -12,6 +12,7 @@ use surelight_bench::{
     Budget, Peer, Plan, Subject, campaign,
     data::{Clock, Data, slug},
     gate::{Tolerance, compare},
+    map::{self, Map},
     read_overlay,
     report::{answer, read_data},
 };
@@ -40,6 +41,9 @@ const LOSS: u8 = crate::DIFFER;
 
 /// Races, if there is a scene, and compares, if there is something to compare with.
 pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Error> {
+    if args.map {
+        return mapped(args);
+    }
     let old = args.compare.as_deref().map(read_data).transpose()?;
     let tolerance = Tolerance { ratio: args.tolerance / 100.0, ..Tolerance::default() };
     let (data, complete) =
@@ -54,6 +58,26 @@ pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Error> {
         (false, true) => ExitCode::SUCCESS,
         (false, false) => ExitCode::from(STOPPED_EARLY),
     })
+}
+
+/// Measures and writes the failure map; fails where a method is wrong without a word.
+fn mapped(args: &BenchArgs) -> Result<ExitCode, Error> {
+    interrupt::listen_and_keep("nothing");
+    let device = Device::new(&adapter_choice(args.adapter.as_ref()))?;
+    let map = Map::measure(&device, &mut |case| {
+        if !args.quiet {
+            console::note(case);
+        }
+        !interrupt::requested()
+    })?;
+    map::write(&map, &args.output)?;
+    let silent = map.silent();
+    let mut text = format!("map: {}\n", args.output.join("failure-map.md").display());
+    for (case, method) in &silent {
+        text += &format!("wrong without a word: {method} on \"{case}\"\n");
+    }
+    console::result(&text)?;
+    Ok(if silent.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(LOSS) })
 }
 
 /// Races, writes the report, and prints the answers. Returns the data and whether they are all that was asked for.

@@ -13,12 +13,17 @@ use crate::parse::{self as value, Selector, Size};
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
     /// Scenes to race on, .glb or .gltf files
-    #[arg(value_name = "SCENE", required_unless_present = "compare")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["compare", "map"])]
     pub(crate) scenes: Vec<PathBuf>,
 
     /// Folder of the report: index.html, charts, data.csv, data.json, pictures
     #[arg(short, long, value_name = "FOLDER", default_value = "report")]
     pub(crate) output: PathBuf,
+
+    /// Instead of racing on a scene, draw the failure map: which estimator is good for what, and where it breaks, on scenes of its own. The folder
+    /// gets failure-map.md and its pictures; minutes on a software driver
+    #[arg(long, conflicts_with_all = ["scenes", "compare", "resume"])]
+    pub(crate) map: bool,
 
     /// Each method runs this long, all its repeats together; the reference takes half of all methods' time [default: 20s]
     #[arg(long, value_name = "TIME", value_parser = value::duration, conflicts_with = "spp")]

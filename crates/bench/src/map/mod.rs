@@ -1,0 +1,236 @@
+//! The failure map: which method is good for what, and where it breaks.
+//!
+//! Scenes that are each built around one difficulty, most with a closed form, are rendered by every estimator with the same number
+//! of samples. A cell of the map says what came of it ([`Verdict`]). A method that fails and says so is worth more than one that
+//! fails quietly, so both are told apart: what a picture says of itself (that its method is biased, that light is missing, that
+//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against a long render).
+
+mod cases;
+mod chart;
+mod page;
+
+use surelight_estimate::{Estimate, sidak_level, welch_test};
+use surelight_film::Film;
+use surelight_render::{Device, Integrator, Prepared, Renderer, Settings};
+use surelight_scene::Scene;
+
+use crate::error::BenchError;
+
+pub use page::write;
+
+/// Pixels on a side.
+const SIDE: u32 = 32;
+/// Batches of a render: an error bar needs 16.
+const BATCHES: u32 = 16;
+/// Level of all tests of a map together.
+const ALPHA: f64 = 0.01;
+/// A picture is believed where at least this share of its pixels is certified.
+const BELIEVED: f64 = 0.9;
+/// Costs up to this many times the best one's are as good as the best.
+const AS_GOOD: f64 = 2.0;
+
+/// The columns: the estimators of the lecture.
+pub const METHODS: [(&str, Integrator); 4] = [
+    ("hemisphere", Integrator::Hemisphere(surelight_render::Directions::Bsdf)),
+    ("area", Integrator::Area),
+    ("mis", Integrator::Mis),
+    ("whitted", Integrator::Whitted),
+];
+
+/// What a picture says of light that cannot be connected.
+const MISSING: &str = "light is missing";
+const CHANCE: &str = "light by chance";
+
+/// What is known of a scene's picture.
+enum Truth {
+    /// Mean over the picture, exactly.
+    Mean(f64),
+    /// The mean of this method's picture with so many times the samples.
+    Long(Integrator, u32),
+    /// What another scene shows in the same view, by this method with so many times the samples.
+    Other(fn() -> Scene, Integrator, u32),
+}
+
+/// A row: a scene with one difficulty.
+struct Case {
+    /// Stem of its picture.
+    name: &'static str,
+    /// In the chart.
+    title: &'static str,
+    build: fn() -> Scene,
+    truth: fn() -> Truth,
+    /// Samples a pixel of a batch.
+    samples: u32,
+    /// Stops by which its picture is brightened.
+    exposure: f64,
+    /// A paragraph: what happens, and why.
+    why: &'static str,
+}
+
+/// What came of a method on a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// Unbiased as far as can be seen, its error bars believed, and about as cheap as the best.
+    Certified,
+    /// The same at this many times the cost of the best: rays to the same error.
+    Noisy(f64),
+    /// It says itself that it is not to be believed.
+    Flagged(String),
+    /// The mean is off by this share, and whether the picture says that it is biased.
+    Wrong(f64, bool),
+}
+
+/// A cell of the map.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Mean of the picture over the truth, less 1; its standard error.
+    pub deviation: [f64; 2],
+    /// Share of the pixels that are certified.
+    pub certified: f64,
+    /// Relative variance of a sample times rays of a path.
+    pub cost: f64,
+    film: Film,
+}
+
+/// A row of the map.
+pub struct Row {
+    case: &'static Case,
+    cells: Vec<Cell>,
+}
+
+/// The map.
+pub struct Map {
+    /// Name of the adapter.
+    pub device: String,
+    rows: Vec<Row>,
+}
+
+impl Map {
+    /// Renders every case by every method. `watch`: told the case that begins; false stops.
+    ///
+    /// # Errors
+    /// Where the device fails, or `watch` stops it.
+    pub fn measure(device: &Device, watch: &mut dyn FnMut(&str) -> bool) -> Result<Self, BenchError> {
+        let mut rows = Vec::new();
+        for (number, case) in (0..).zip(cases::CASES) {
+            if !watch(case.title) {
+                return Err(BenchError::Interrupted);
+            }
+            rows.push(Row::measure(device, case, number)?);
+        }
+        Ok(Self { device: device.info.name.clone(), rows })
+    }
+
+    /// Cells that are wrong without a word, as row and column.
+    pub fn silent(&self) -> Vec<(&'static str, &'static str)> {
+        let cells =
+            self.rows.iter().flat_map(|row| row.cells.iter().zip(METHODS).map(|(cell, m)| (row.case.title, m.0, cell)));
+        cells.filter(|(_, _, cell)| matches!(cell.verdict, Verdict::Wrong(_, false))).map(|(a, b, _)| (a, b)).collect()
+    }
+}
+
+/// A picture, with what it says of itself.
+struct Picture {
+    film: Film,
+    rays_a_path: f64,
+    /// Light that it says is missing, or found by chance.
+    told: Option<&'static str>,
+}
+
+fn picture(
+    device: &Device,
+    scene: &Scene,
+    integrator: Integrator,
+    samples: u32,
+    seed: u32,
+) -> Result<Picture, BenchError> {
+    let settings = Settings { integrator, seed, ..Settings::new(SIDE, SIDE) };
+    let prepared = Prepared::new(scene, &scene.cameras[0], &settings)?;
+    let told = prepared.unreachable.first().map(|light| if light.is_bias() { MISSING } else { CHANCE });
+    let mut renderer = Renderer::new(device, &prepared)?;
+    let mut film = Film::new(SIDE, SIDE);
+    let mut done = 0;
+    while done < BATCHES {
+        let n = renderer.most_batches().min(BATCHES - done);
+        renderer.trace(&mut film, done, n, samples, &mut |_| true)?;
+        done += n;
+    }
+    let rays_a_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
+    Ok(Picture { film, rays_a_path, told })
+}
+
+/// Mean over pixels, in green.
+fn pooled(film: &Film) -> Estimate {
+    let n = film.pixels().len() as f64;
+    let (mut mean, mut variance, mut dof) = (0.0, 0.0, 0.0);
+    for i in 0..film.pixels().len() {
+        mean += film.mean(i)[1] / n;
+        variance += film.variance_of_mean(i).map_or(0.0, |v| v[1]) / (n * n);
+        dof += film.degrees_of_freedom(i);
+    }
+    Estimate { mean, variance, dof }
+}
+
+impl Row {
+    fn measure(device: &Device, case: &'static Case, number: u32) -> Result<Self, BenchError> {
+        let scene = (case.build)();
+        let long = |scene: &Scene, integrator, times: u32| {
+            picture(device, scene, integrator, times * case.samples, 1000 + number).map(|p| pooled(&p.film))
+        };
+        let truth = match (case.truth)() {
+            Truth::Mean(mean) => Estimate::exact(mean),
+            Truth::Long(integrator, times) => long(&scene, integrator, times)?,
+            Truth::Other(build, integrator, times) => long(&build(), integrator, times)?,
+        };
+        let mut pictures = Vec::new();
+        for (k, (_, integrator)) in (0..).zip(METHODS) {
+            pictures.push(picture(device, &scene, integrator, case.samples, 10 * number + k)?);
+        }
+        let level = sidak_level(ALPHA, cases::CASES.len() * METHODS.len());
+        let mut cells: Vec<Cell> = pictures
+            .into_iter()
+            .zip(METHODS)
+            .map(|(p, (_, integrator))| judge(&scene, p, integrator, &truth, level))
+            .collect();
+        // The biased one has no noise to speak of, and sets no price.
+        let sound = cells.iter().zip(METHODS).filter(|(c, m)| c.verdict == Verdict::Certified && !m.1.is_biased());
+        let sound = sound.map(|(c, _)| c.cost);
+        let best = sound.fold(f64::INFINITY, f64::min);
+        for cell in &mut cells {
+            let times = cell.cost / best;
+            if cell.verdict == Verdict::Certified && times > AS_GOOD {
+                cell.verdict = Verdict::Noisy(times);
+            }
+        }
+        Ok(Self { case, cells })
+    }
+}
+
+/// All but the comparison of costs.
+fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
+    let Picture { film, rays_a_path, told } = picture;
+    let mean = pooled(&film);
+    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be told.
+    let blurred = Estimate { variance: mean.variance + (1e-4 * truth.mean).powi(2), ..mean };
+    let test = welch_test(&blurred, truth);
+    let deviation = [mean.mean / truth.mean - 1.0, test.standard_error / truth.mean];
+    let certified = film.certify().share();
+    let unfound = matches!(integrator, Integrator::Hemisphere(_)) && !scene.lights.is_empty();
+    let off = test.p < level;
+    let verdict = match told {
+        _ if unfound => Verdict::Flagged(MISSING.into()),
+        Some(MISSING) => Verdict::Flagged(MISSING.into()),
+        _ if integrator.is_biased() && off => Verdict::Wrong(deviation[0], true),
+        Some(chance) if certified < BELIEVED => Verdict::Flagged(chance.into()),
+        _ if certified < BELIEVED => Verdict::Flagged(format!("{:.0} % certified", 100.0 * certified)),
+        _ if off => Verdict::Wrong(deviation[0], false),
+        _ => Verdict::Certified,
+    };
+    let n = film.pixels().len();
+    let sum = |f: &dyn Fn(usize) -> f64| (0..n).map(f).sum::<f64>();
+    let variance = sum(&|i| film.variance_of_mean(i).map_or(0.0, |v| v[1]) * film.samples(i) as f64);
+    let squares = sum(&|i| film.mean(i)[1].powi(2));
+    Cell { verdict, deviation, certified, cost: variance / squares.max(f64::MIN_POSITIVE) * rays_a_path, film }
+}
