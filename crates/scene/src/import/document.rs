@@ -113,7 +113,7 @@ impl<'de> Deserialize<'de> for Int {
 
 /// The root object.
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct Document {
     pub(crate) asset: Asset,
     pub(crate) scene: Option<Int>,
@@ -152,13 +152,14 @@ pub(crate) struct Document {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct Asset {
     pub(crate) version: String,
     pub(crate) min_version: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct SceneJson {
     #[serde(default)]
     pub(crate) nodes: Vec<Int>,
@@ -167,6 +168,7 @@ pub(crate) struct SceneJson {
 }
 
 #[derive(Debug, Default, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct Node {
     pub(crate) name: Option<String>,
     #[serde(default)]
@@ -185,6 +187,7 @@ pub(crate) struct Node {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct MeshJson {
     pub(crate) name: Option<String>,
     pub(crate) primitives: Vec<Primitive>,
@@ -193,6 +196,7 @@ pub(crate) struct MeshJson {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct Primitive {
     pub(crate) attributes: BTreeMap<String, Int>,
     pub(crate) indices: Option<Int>,
@@ -205,6 +209,7 @@ pub(crate) struct Primitive {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct CameraJson {
     pub(crate) name: Option<String>,
     #[serde(rename = "type")]
@@ -214,20 +219,21 @@ pub(crate) struct CameraJson {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct PerspectiveJson {
     pub(crate) yfov: f64,
     pub(crate) aspect_ratio: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct OrthographicJson {
     pub(crate) xmag: f64,
     pub(crate) ymag: f64,
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct MaterialJson {
     pub(crate) name: Option<String>,
     #[serde(default)]
@@ -244,7 +250,7 @@ pub(crate) struct MaterialJson {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct PbrJson {
     pub(crate) base_color_factor: Option<[f64; 4]>,
     pub(crate) base_color_texture: Option<TextureInfo>,
@@ -254,7 +260,7 @@ pub(crate) struct PbrJson {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct TextureInfo {
     pub(crate) index: Option<Int>,
     #[serde(default)]
@@ -266,6 +272,7 @@ pub(crate) struct TextureInfo {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct TextureJson {
     pub(crate) source: Option<Int>,
     pub(crate) sampler: Option<Int>,
@@ -274,7 +281,7 @@ pub(crate) struct TextureJson {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct Sampler {
     pub(crate) mag_filter: Option<Int>,
     pub(crate) wrap_s: Option<Int>,
@@ -282,14 +289,14 @@ pub(crate) struct Sampler {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct ImageJson {
     pub(crate) uri: Option<String>,
     pub(crate) buffer_view: Option<Int>,
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct Accessor {
     pub(crate) buffer_view: Option<Int>,
     #[serde(default)]
@@ -304,6 +311,7 @@ pub(crate) struct Accessor {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct Sparse {
     pub(crate) count: Int,
     pub(crate) indices: SparseIndices,
@@ -311,7 +319,7 @@ pub(crate) struct Sparse {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct SparseIndices {
     pub(crate) buffer_view: Int,
     #[serde(default)]
@@ -320,7 +328,7 @@ pub(crate) struct SparseIndices {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct SparseValues {
     pub(crate) buffer_view: Int,
     #[serde(default)]
@@ -328,7 +336,7 @@ pub(crate) struct SparseValues {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct BufferView {
     pub(crate) buffer: Int,
     #[serde(default)]
@@ -340,7 +348,7 @@ pub(crate) struct BufferView {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(expecting = "an object", rename_all = "camelCase")]
 pub(crate) struct Buffer {
     pub(crate) uri: Option<String>,
     pub(crate) byte_length: Int,

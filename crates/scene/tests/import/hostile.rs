@@ -1,6 +1,6 @@
 //! Files changed at random: whatever comes out, it is a scene that keeps its promises or an error, never a panic.
 //!
-//! `SURELIGHT_FUZZ` sets the number of cases for each kind (default 2000), `SURELIGHT_CORPUS` adds its small files as
+//! `SURELIGHT_FUZZ_CASES` sets the number of cases for each kind (default 2000), `SURELIGHT_CORPUS` adds its small files as
 //! seeds. The random numbers are fixed, so a failure comes back.
 
 use std::fs;
@@ -29,7 +29,7 @@ impl Random {
 }
 
 fn cases() -> u64 {
-    std::env::var("SURELIGHT_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(2000)
+    std::env::var("SURELIGHT_FUZZ_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(2000)
 }
 
 /// A file with a bit of everything.
@@ -288,4 +288,11 @@ fn a_buffer_that_is_not_there_lends_no_size() {
         gltf.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": u32::MAX});
         gltf.refused(&["its geometry", "are allowed"]);
     }
+}
+
+#[test]
+fn a_mistyped_object_is_named() {
+    let mut gltf = Gltf::triangle();
+    gltf.json["samplers"] = json!(["sampler"]);
+    gltf.refused(&["samplers[0]", "\"sampler\"", "expected an object"]);
 }
