@@ -20,7 +20,7 @@ const SIZE: [u32; 2] = [24, 24];
 const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
 
 /// Comparisons in this file; levels are Šidák's over all of them.
-const PICTURES: usize = 22;
+const PICTURES: usize = 24;
 
 fn metal(roughness: f32) -> Material {
     Material { base_color: [0.9, 0.7, 0.5, 1.0], roughness, double_sided: true, ..Material::default() }
@@ -183,6 +183,20 @@ fn forms_agree_under_lanterns() {
         ("area", settings(Integrator::Area, 33), 64),
     ];
     check(&scene, &ways, 0.04);
+}
+
+/// Coats that are deltas over bases that are not: the base is lit by sampled lights, the coat by directions alone.
+#[test]
+fn forms_agree_about_smooth_coats() {
+    let coat = Clearcoat { factor: 1.0, roughness: 0.0, ..Clearcoat::default() };
+    let mut scene = corner(
+        "coats",
+        Material { clearcoat: coat.clone(), ..metal(0.4) },
+        Material { clearcoat: coat, ..plastic(0.5) },
+    );
+    add_lamp(&mut scene, [4.0, 3.0, 2.0]);
+    let ways = [("hemisphere", settings(HEMISPHERE, 41), 64), ("area", settings(Integrator::Area, 42), 64)];
+    check(&scene, &ways, 0.02);
 }
 
 #[test]
