@@ -4,6 +4,7 @@ pub mod bsdf;
 pub mod bsdf_oracle;
 pub mod chi2;
 pub mod features;
+pub mod forget;
 pub mod layer_oracle;
 pub mod light;
 pub mod path_oracle;

@@ -60,7 +60,7 @@ impl Conditions {
 }
 
 /// Threads that run at once.
-pub(crate) fn threads() -> usize {
+pub fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
@@ -87,7 +87,7 @@ fn date(seconds: u64) -> String {
 }
 
 /// Processor seconds of this process so far, all threads that are there together; `None` where the system does not tell.
-pub(crate) fn cpu_seconds() -> Option<f64> {
+pub fn cpu_seconds() -> Option<f64> {
     threads_nanoseconds().map(|n| n as f64 * 1e-9).or_else(process_seconds)
 }
 

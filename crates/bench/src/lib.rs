@@ -15,6 +15,7 @@ pub mod map;
 pub mod measure;
 mod method;
 mod overlay;
+pub mod paths;
 pub mod pictures;
 mod plan;
 mod race;

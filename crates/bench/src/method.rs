@@ -15,6 +15,8 @@ pub struct Method {
     pub max_bounces: Option<u32>,
     /// Clamp of a sample's components; `None`: none.
     pub max_radiance: Option<f32>,
+    /// Whether all Sobol points of a pixel are of one sequence, instead of a scramble a batch.
+    pub one_scramble: bool,
 }
 
 /// The same in words, as the reports keep it.
@@ -30,12 +32,20 @@ pub struct MethodWords {
     pub max_bounces: String,
     /// `none` or a radiance.
     pub max_radiance: String,
+    /// `one` where all Sobol points of a pixel are of one sequence; else `many`.
+    #[serde(default = "many")]
+    pub scrambles: String,
 }
 
 impl Method {
     /// The product's default: light sampling and BSDF sampling joined, Sobol points, nothing that biases.
-    pub const DEFAULT: Self =
-        Self { integrator: Integrator::Mis, sampler: Sampler::Sobol, max_bounces: None, max_radiance: None };
+    pub const DEFAULT: Self = Self {
+        integrator: Integrator::Mis,
+        sampler: Sampler::Sobol,
+        max_bounces: None,
+        max_radiance: None,
+        one_scramble: false,
+    };
 
     /// Each part as a word.
     pub fn words(&self) -> MethodWords {
@@ -58,6 +68,7 @@ impl Method {
             sampler: sampler.into(),
             max_bounces: self.max_bounces.map_or("unlimited".into(), |n| n.to_string()),
             max_radiance: self.max_radiance.map_or("none".into(), |x| x.to_string()),
+            scrambles: if self.one_scramble { "one" } else { "many" }.into(),
         }
     }
 
@@ -66,6 +77,9 @@ impl Method {
         let words = self.words();
         let directions = words.directions.filter(|d| d != "bsdf").map_or(String::new(), |d| format!("-{d}"));
         let mut name = format!("{}{directions}/{}", words.integrator, words.sampler);
+        if self.one_scramble {
+            name += ", one scramble";
+        }
         if let Some(n) = self.max_bounces {
             name += &format!(" ≤ {n} bounce{}", if n == 1 { "" } else { "s" });
         }
@@ -100,6 +114,7 @@ impl Method {
             sampler: self.sampler,
             max_bounces: self.max_bounces,
             max_radiance: self.max_radiance,
+            one_scramble: self.one_scramble,
             ..base.clone()
         }
     }
@@ -113,6 +128,7 @@ pub struct Variations {
     directions: Option<Vec<Directions>>,
     max_bounces: Option<Vec<Option<u32>>>,
     max_radiance: Option<Vec<Option<f32>>>,
+    one_scramble: Option<Vec<bool>>,
 }
 
 /// An integrator without its directions.
@@ -137,9 +153,10 @@ impl Variations {
             "directions" => set(&mut self.directions, values, directions)?,
             "max-bounces" => set(&mut self.max_bounces, values, bounces)?,
             "max-radiance" => set(&mut self.max_radiance, values, radiance)?,
+            "scrambles" => set(&mut self.one_scramble, values, scrambles)?,
             _ => {
                 return Err(format!(
-                    "there is no switch \"{name}\" to vary: integrator, sampler, directions, max-bounces or max-radiance"
+                    "there is no switch \"{name}\" to vary: integrator, sampler, scrambles, directions, max-bounces or max-radiance"
                 ));
             }
         };
@@ -161,9 +178,13 @@ impl Variations {
                 for integrator in self.integrators_of(family) {
                     for &max_bounces in self.max_bounces.as_deref().unwrap_or(&[None]) {
                         for &max_radiance in self.max_radiance.as_deref().unwrap_or(&[None]) {
-                            let method = Method { integrator, sampler, max_bounces, max_radiance };
-                            if !methods.contains(&method) {
-                                methods.push(method);
+                            for &one_scramble in self.one_scramble.as_deref().unwrap_or(&[false]) {
+                                // Other samplers have no sequence.
+                                let one_scramble = one_scramble && sampler == Sampler::Sobol;
+                                let method = Method { integrator, sampler, max_bounces, max_radiance, one_scramble };
+                                if !methods.contains(&method) {
+                                    methods.push(method);
+                                }
                             }
                         }
                     }
@@ -213,6 +234,19 @@ fn sampler(word: &str) -> Result<Sampler, &'static str> {
         "sobol" => Ok(Sampler::Sobol),
         _ => Err("a sampler: independent, stratified or sobol"),
     }
+}
+
+fn scrambles(word: &str) -> Result<bool, &'static str> {
+    match word {
+        "one" => Ok(true),
+        "many" => Ok(false),
+        _ => Err("a number of scrambles: one or many"),
+    }
+}
+
+/// What reports of versions before this switch had.
+fn many() -> String {
+    "many".into()
 }
 
 fn directions(word: &str) -> Result<Directions, &'static str> {
@@ -281,6 +315,12 @@ mod tests {
     }
 
     #[test]
+    fn scrambles_are_sobols_alone() {
+        let names = varied(&["integrator=mis", "sampler=sobol,independent", "scrambles=one,many"]);
+        assert_eq!(names, ["mis/sobol, one scramble", "mis/sobol", "mis/independent"]);
+    }
+
+    #[test]
     fn slips_of_the_finger_are_told() {
         for (wrong, word) in [
             ("bounces=4", "there is no switch"),
@@ -288,6 +328,7 @@ mod tests {
             ("max-bounces=few", "\"few\" is not a number"),
             ("sampler=sobol,halton", "\"halton\" is not a sampler"),
             ("max-radiance=-1", "is not a radiance"),
+            ("scrambles=16", "\"16\" is not a number of scrambles"),
         ] {
             assert!(Variations::default().add(wrong).unwrap_err().contains(word), "{wrong}");
         }

@@ -68,6 +68,12 @@ pub fn race(
     race.walk(device, scene, save)
 }
 
+/// Repeats that bands and intervals need.
+const LEAST_REPEATS: u32 = 2;
+
+/// Of the time for a scene, the share after which no other repeat is begun: on a machine as quick as at first, a third of the race is left there at most.
+const LATE: f64 = 0.8;
+
 /// The work in seconds, as far as it can be told beforehand.
 #[derive(Default)]
 struct Work {
@@ -221,6 +227,14 @@ impl Race<'_, '_> {
     ) -> Result<bool, BenchError> {
         let count = self.plan.methods.len();
         for repeat in 0..self.plan.repeats {
+            if repeat >= LEAST_REPEATS && self.is_late() && (0..count).all(|m| !scene.is_complete(m, repeat)) {
+                scene.warnings.push(format!(
+                    "{repeat} repeats instead of {}: the machine has become slower than it was when methods were tried out",
+                    scene.repeats
+                ));
+                scene.repeats = repeat;
+                break;
+            }
             for turn in 0..count {
                 // Each repeat begins with another method, and every second one goes backwards.
                 let turn = if repeat % 2 == 0 { turn } else { count - 1 - turn };
@@ -238,6 +252,12 @@ impl Race<'_, '_> {
             }
         }
         Ok(true)
+    }
+
+    /// Whether the time for the whole scene, where there is one, will not suffice for another repeat.
+    fn is_late(&self) -> bool {
+        let Budget::Total(seconds) = self.plan.budget else { return false };
+        self.started.elapsed().as_secs_f64() > LATE * seconds
     }
 
     /// What of the time the walk takes, by the default where it is raced.

@@ -33,6 +33,7 @@ pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> S
                 sampler: "sobol".into(),
                 max_bounces: "unlimited".into(),
                 max_radiance: "none".into(),
+                scrambles: "many".into(),
             },
             biased: None,
             checkpoints: checkpoints.clone(),

@@ -99,6 +99,8 @@ pub(crate) struct Run {
     pub(crate) spp: u32,
     pub(crate) batches: u32,
     first_batch: u32,
+    /// Where all points of a pixel are of one sequence: the seed that makes this stream's its own.
+    seed: Option<u32>,
     begun: Counts,
     /// What has been done so far.
     pub(crate) counts: Counts,
@@ -108,6 +110,9 @@ pub(crate) struct Run {
 
 /// Batch numbers of a repeat, which make its samples its own: a run has some hundreds.
 const BATCHES_A_REPEAT: u32 = 1 << 16;
+
+/// Seeds of streams stand so far apart (an odd number near 2³²/φ, so that none meet).
+const SEEDS_APART: u32 = 0x9e37_79b1;
 
 /// Batches that an error bar needs.
 const BATCHES: u32 = 16;
@@ -133,6 +138,7 @@ impl Run {
             spp: 0,
             batches: 0,
             first_batch: stream * BATCHES_A_REPEAT,
+            seed: renderer.features.one_scramble.then(|| settings.seed.wrapping_add(stream.wrapping_mul(SEEDS_APART))),
             begun: renderer.counts,
             counts: Counts::default(),
             wall_seconds: 0.0,
@@ -170,7 +176,11 @@ impl Run {
                 (CALL_SECONDS / (cost * f64::from(samples))).clamp(1.0, f64::from(renderer.most_batches())) as u32;
             let batches = ((until - self.spp) / samples).clamp(1, fits);
             let (wall, cpu) = (Instant::now(), cpu_seconds());
-            let first = self.first_batch + self.batches;
+            // Batches of one sequence are known by their first sample.
+            let first = if self.seed.is_some() { self.spp } else { self.first_batch + self.batches };
+            if let Some(seed) = self.seed {
+                renderer.set_seed(seed);
+            }
             let done = renderer.trace(&mut self.film, first, batches, samples, &mut |_| go_on())?;
             if !done {
                 return Ok(false);

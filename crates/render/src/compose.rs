@@ -36,6 +36,22 @@ pub fn compose(root: &str, features: &Features, constants: &[Constant]) -> Resul
     compose_with(root, features, constants, None)
 }
 
+/// Paths and sources of all modules, as they are composed.
+pub fn shader_modules() -> &'static [(&'static str, &'static str)] {
+    MODULES
+}
+
+/// Likewise from other modules than this crate's own, given as their paths and sources.
+pub fn compose_modules(
+    root: &str,
+    features: &Features,
+    constants: &[Constant],
+    modules: &[(&str, String)],
+) -> Result<Composed, RenderError> {
+    let modules = modules.iter().map(|(path, source)| (*path, source.as_str()));
+    compose_all(root, features, constants, modules)
+}
+
 /// Likewise, with a module more, given as its path and source.
 pub(crate) fn compose_with(
     root: &str,
@@ -43,9 +59,18 @@ pub(crate) fn compose_with(
     constants: &[Constant],
     more: Option<(&str, &str)>,
 ) -> Result<Composed, RenderError> {
+    compose_all(root, features, constants, MODULES.iter().copied().chain(more))
+}
+
+fn compose_all<'a>(
+    root: &str,
+    features: &Features,
+    constants: &[Constant],
+    modules: impl Iterator<Item = (&'a str, &'a str)>,
+) -> Result<Composed, RenderError> {
     let generated = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value)).collect::<String>();
     let mut resolver = VirtualResolver::new();
-    for (path, source) in MODULES.iter().copied().chain(more) {
+    for (path, source) in modules {
         resolver.add_module(module_path(path)?, Cow::Borrowed(source));
     }
     resolver.add_module(module_path("package::generated")?, Cow::Owned(generated));

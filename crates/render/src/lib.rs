@@ -26,7 +26,7 @@ mod trial;
 mod twins;
 mod upload;
 
-pub use compose::{Composed, Constant, compose};
+pub use compose::{Composed, Constant, compose, compose_modules, shader_modules};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
 pub use features::Features;

@@ -82,6 +82,8 @@ pub struct Renderer<'a> {
     pub device_bytes: u64,
     /// Seconds spent composing, compiling and uploading.
     pub compile_seconds: f64,
+    /// Of these, seconds of uploading the scene.
+    pub upload_seconds: f64,
     kernel: Kernel,
     feature_kernel: Kernel,
     view: wgpu::Buffer,
@@ -127,7 +129,9 @@ impl<'a> Renderer<'a> {
         let feature_shader = compose(FEATURE_KERNEL, &features, &prepared.constants())?;
 
         let mut up = Uploader::new(device);
+        let uploading = Instant::now();
         let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+        let upload_seconds = uploading.elapsed().as_secs_f64();
         let [width, height] = prepared.view.size;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let state_bytes = RecordLayout::of(&shader, "PathState").map_or(256, |l| l.span);
@@ -167,6 +171,7 @@ impl<'a> Renderer<'a> {
             wgsl: shader.wgsl,
             device_bytes: up.bytes,
             compile_seconds: 0.0,
+            upload_seconds,
             kernel,
             feature_kernel,
             view,

@@ -59,11 +59,19 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let mut seconds = Seconds::default();
 
     progress.stage("loading", &args.scene);
-    let mut loaded = Loaded::new(args, &outputs)?;
-    seconds.load = stages.end()?;
-
-    progress.stage("opening a device for", &args.scene);
-    let device = Device::new(&prepare::adapter_choice(args.adapter.as_ref()))?;
+    // Drivers take their time to open a device; files are read meanwhile.
+    let adapter = prepare::adapter_choice(args.adapter.as_ref());
+    let (loaded, device) = std::thread::scope(|scope| {
+        let device = scope.spawn(|| Device::new(&adapter));
+        let loaded = Loaded::new(args, &outputs).and_then(|loaded| {
+            seconds.load = stages.end()?;
+            progress.stage("opening a device for", &args.scene);
+            Ok(loaded)
+        });
+        (loaded, device.join())
+    });
+    let mut loaded = loaded?;
+    let device = device.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     seconds.device = stages.end()?;
 
     let mut settings = prepare::settings(args, &loaded.view);

@@ -1,6 +1,7 @@
 //! `cargo xtask …`: what keeps the repository's generated files true.
 
 mod assets;
+mod benchmarks;
 mod contact_sheet;
 mod mutate;
 mod references;
@@ -17,6 +18,8 @@ Commands:
   assets --check  fail when a file in assets/ differs from what the code makes
   contact-sheet DIR -o FOLDER
                   a small picture of every glTF file below a folder, beside the published ones
+  benchmarks [--surelight BINARY] [--time TIME]
+                  race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
   references DIR --surelight BINARY
                   render the scenes of a folder and test them against its references
   mutate [CASE]...
@@ -31,6 +34,7 @@ fn main() -> ExitCode {
         ["assets"] => assets::write(&repository().join("assets")),
         ["assets", "--check"] => assets::check(&repository().join("assets")),
         ["contact-sheet", ref rest @ ..] => contact_sheet::run(rest),
+        ["benchmarks", ref rest @ ..] => benchmarks::run(&repository(), rest),
         ["references", ref rest @ ..] => references::run(rest),
         ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
         ["help" | "--help" | "-h"] => {

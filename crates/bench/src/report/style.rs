@@ -8,7 +8,7 @@ h2 { font-size: 1.3rem; margin: 40px 0 8px; border-top: 2px solid #222; padding-
 h3 { font-size: 1.05rem; margin: 28px 0 4px; }
 p { max-width: 46em; margin: 8px 0; }
 .answer { font-size: 1.15rem; font-weight: 600; }
-.note { color: #555; font-size: .92rem; }
+.note { color: #555; font-size: .92rem; overflow-wrap: anywhere; }
 figure { margin: 12px 0; }
 figure svg { max-width: 100%; height: auto; display: block; }
 figure .narrow { display: none; }

@@ -166,19 +166,14 @@ impl Prepared {
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, RenderError> {
         // The kernel reads one layout only.
         let build = BuildOptions { layout: Layout::Wide, ..settings.build };
-        let accel = Accel::build(scene, camera.to_world.translation, &build)?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
-        let mut textures = Textures::default();
-        let unused = surelight_scene::Material { unlit: true, ..Default::default() };
-        let mut materials: Vec<_> = (0..scene.materials.len())
-            .map(|i| {
-                PreparedMaterial::new(
-                    scene,
-                    if used.contains(&i) { &scene.materials[i] } else { &unused },
-                    &mut textures,
-                )
-            })
-            .collect();
+        // Trees and tables know nothing of each other, and are made side by side.
+        let (accel, (mut materials, textures, table)) = std::thread::scope(|scope| {
+            let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
+            let tables = tables(scene, &used, settings.integrator == Integrator::Mis);
+            (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables)
+        });
+        let accel = accel?;
 
         let media = media::rank(scene);
         let nested = !media.is_empty();
@@ -187,19 +182,16 @@ impl Prepared {
         }
 
         let mut view = View::new(camera, settings, accel.origin);
-        let environment = match &scene.environment {
+        match &scene.environment {
             Some(Environment::Map { map, rotation, scale }) => {
                 view.environment = [*scale; 3];
                 view.environment_rotation = rotation / std::f32::consts::TAU;
                 view.environment_size = [map.width, map.height];
-                EnvironmentTable::new(map, settings.integrator == Integrator::Mis)
             }
-            Some(Environment::Uniform(radiance)) => {
-                view.environment = *radiance;
-                None
-            }
-            None => None,
-        };
+            Some(Environment::Uniform(radiance)) => view.environment = *radiance,
+            None => {}
+        }
+        let environment = table;
         let factor = f64::from(view.environment[0]);
         // Whitted sends shadow rays to lights with a middle; an environment has none.
         let sampled = environment.as_ref().filter(|_| settings.integrator != Integrator::Whitted);
@@ -238,6 +230,23 @@ impl Prepared {
     pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
         materials::write(&self.materials, layout)
     }
+}
+
+/// Materials, their textures, and the table of the environment map, compensated for multiple importance sampling or not.
+fn tables(
+    scene: &Scene,
+    used: &BTreeSet<usize>,
+    compensated: bool,
+) -> (Vec<PreparedMaterial>, Textures, Option<EnvironmentTable>) {
+    let mut textures = Textures::default();
+    let unused = surelight_scene::Material { unlit: true, ..Default::default() };
+    let of = |i: usize| if used.contains(&i) { &scene.materials[i] } else { &unused };
+    let materials = (0..scene.materials.len()).map(|i| PreparedMaterial::new(scene, of(i), &mut textures)).collect();
+    let environment = match &scene.environment {
+        Some(Environment::Map { map, .. }) => EnvironmentTable::new(map, compensated),
+        _ => None,
+    };
+    (materials, textures, environment)
 }
 
 /// Only what the scene needs.

@@ -1,0 +1,113 @@
+//! What specialising the kernel to the scene buys: `cargo bench --bench specialisation [-- FOLDER]`.
+//!
+//! First, whether a kernel bears a trace of what its scene lacks: for each feature that a scene does without, its kernel is composed once more from sources
+//! out of which all that stands under that feature has been cut ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the driver's
+//! program, its records and its bindings, and it is as fast as a build that never heard of the feature, by identity.
+//!
+//! Then what the features would cost: each scene by its own kernel, by its own once more, which shows the noise, and with a speck out of sight that needs
+//! every feature there is, by the general kernel. `FOLDER` gets the chart.
+
+use std::collections::HashMap;
+
+use surelight_bench::{
+    chart::plain::bars,
+    paths::{median, race_paths},
+};
+use surelight_render::{Features, Prepared, Renderer, Settings, compose, compose_modules, shader_modules};
+use surelight_scene::{Scene, procedural};
+use surelight_tests::{
+    features::names,
+    forget::forget,
+    render::{device, prepare},
+    scenes::with_everything,
+};
+
+const SIZE: u32 = 128;
+const ROUNDS: u32 = 9;
+
+/// Seconds of a round.
+const SECONDS: f64 = 0.5;
+
+/// The kernels that a render runs.
+const ROOTS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
+
+fn scenes() -> [(&'static str, Scene); 5] {
+    [
+        ("cornell-box", procedural::cornell_box::cornell_box()),
+        ("veach-mis", procedural::veach_mis::veach_mis()),
+        ("spheres", procedural::spheres::spheres()),
+        ("textured", procedural::textured::textured()),
+        ("glass", procedural::glass::glass()),
+    ]
+}
+
+/// The sources without a feature, by its name.
+fn forgotten() -> HashMap<&'static str, Vec<(&'static str, String)>> {
+    let without = |name| shader_modules().iter().map(|&(path, source)| (path, forget(source, name))).collect();
+    names().into_iter().map(|name| (name, without(name))).collect()
+}
+
+/// Features that a scene lacks: how many, and those whose absence leaves a trace.
+fn traces(prepared: &Prepared, sources: &HashMap<&str, Vec<(&str, String)>>) -> (usize, Vec<String>) {
+    let features = Features { items_image: device().info.is_cpu, ..prepared.features };
+    let lacking = features.list().into_iter().filter(|f| !f.1).map(|f| f.0);
+    let mut found = Vec::new();
+    let mut count = 0;
+    for name in lacking {
+        count += 1;
+        for root in ROOTS {
+            let own = compose(root, &features, &prepared.constants()).unwrap_or_else(|e| panic!("{e}"));
+            match compose_modules(root, &features, &prepared.constants(), &sources[name]) {
+                Ok(other) if other.wgsl == own.wgsl => {}
+                Ok(_) => found.push(format!("{name} in {root}")),
+                Err(e) => found.push(format!("{name} in {root}: {e}")),
+            }
+        }
+    }
+    (count, found)
+}
+
+fn main() {
+    let folder = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    println!(
+        "adapter {}, {}; {SIZE}x{SIZE} pixels, median of {ROUNDS} rounds",
+        device().info.name,
+        device().info.driver
+    );
+    let sources = forgotten();
+    println!("| scene | features lacking | of them with a trace in the kernel |\n|---|---|---|");
+    for (name, scene) in scenes() {
+        let (count, found) = traces(&prepare(&scene, &Settings::new(SIZE, SIZE)), &sources);
+        println!("| {name} | {count} | {} |", if found.is_empty() { "none".into() } else { found.join(", ") });
+    }
+    println!(
+        "| scene | features | own kernel, ns/path | the same again | general kernel, ns/path | general/own |\n|---|---|---|---|---|---|"
+    );
+    let mut rows = Vec::new();
+    for (name, scene) in scenes() {
+        let own = prepare(&scene, &Settings::new(SIZE, SIZE));
+        let all = Settings { aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(SIZE, SIZE) };
+        let general = prepare(&with_everything(scene), &all);
+        let count = own.features.list().iter().filter(|f| f.1).count();
+        let mut renderers =
+            [&own, &own, &general].map(|p| Renderer::new(device(), p).unwrap_or_else(|e| panic!("{name}: {e}")));
+        let times = race_paths(&mut renderers, [SIZE; 2], ROUNDS, SECONDS, device().info.is_cpu);
+        let times = times.unwrap_or_else(|e| panic!("{name}: {e}"));
+        let [own, again, general] = [0, 1, 2].map(|i| median(&times[i]));
+        let ratios = |i: usize| median(&times[i].iter().zip(&times[0]).map(|(a, b)| a / b).collect::<Vec<_>>());
+        println!(
+            "| {name} | {count} | {own:.0} | {again:.0} ({:+.1} %) | {general:.0} | {:.2} |",
+            100.0 * (ratios(1) - 1.0),
+            ratios(2)
+        );
+        rows.push((name.to_owned(), vec![own, (general - own).max(0.0)]));
+    }
+    if let Some(folder) = folder {
+        let parts = ["the scene's own kernel", "what the general kernel takes more"];
+        let label = "nanoseconds a path";
+        let chart = bars("specialisation", "What specialising the kernel to the scene buys", label, &parts, &rows);
+        let path = std::path::Path::new(&folder).join("specialisation.svg");
+        let written = chart.map(|chart| std::fs::write(&path, chart.wide));
+        println!("chart: {}: {written:?}", path.display());
+    }
+}

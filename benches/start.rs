@@ -1,0 +1,54 @@
+//! From a file to the first sample of each pixel, stage by stage: `cargo bench --bench start -- SCENE…`.
+//!
+//! The stages are those of a render, one after the other, in this process: wall seconds, and processor seconds of all threads, which other work on the machine
+//! changes less. The first scene finds the driver cold, as a fresh process does; give one scene a run to have each cold. What the disk holds in its
+//! caches, the files and the driver's compiled kernels, is as it was left: `sync; echo 3 > /proc/sys/vm/drop_caches` empties the former,
+//! `MESA_SHADER_CACHE_DISABLE=1` does without the latter on Mesa's drivers.
+
+use std::path::Path;
+use std::time::Instant;
+
+use surelight_bench::conditions::cpu_seconds;
+use surelight_film::Film;
+use surelight_render::{AdapterChoice, Device, Prepared, Renderer, Settings};
+use surelight_scene::{Environment, LoadOptions};
+
+const SIZE: u32 = 256;
+
+/// The clock of the stages: wall and processor seconds since the last.
+struct Clock(Instant, f64);
+
+impl Clock {
+    fn lap(&mut self, stage: &str) {
+        let (wall, cpu) = (self.0.elapsed().as_secs_f64(), cpu_seconds().unwrap_or(f64::NAN));
+        println!("| {stage} | {wall:.3} | {:.3} |", cpu - self.1);
+        *self = Self(Instant::now(), cpu);
+    }
+}
+
+fn main() {
+    for file in std::env::args().skip(1).filter(|a| !a.starts_with('-')) {
+        println!("{file}\n| stage | wall s | processor s |\n|---|---|---|");
+        let mut clock = Clock(Instant::now(), cpu_seconds().unwrap_or(f64::NAN));
+        let mut scene =
+            surelight_scene::load(Path::new(&file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        clock.lap("load");
+        if !scene.has_light() {
+            scene.environment = Some(Environment::Uniform([1.0; 3]));
+        }
+        let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
+        let device = Device::new(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
+        clock.lap("device");
+        let prepared =
+            Prepared::new(&scene, &camera, &Settings::new(SIZE, SIZE)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("BVH, lights, textures");
+        let mut renderer = Renderer::new(&device, &prepared).unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("compile, upload");
+        println!("| of it upload | {:.3} | |", renderer.upload_seconds);
+        let mut film = Film::new(SIZE, SIZE);
+        renderer.trace(&mut film, 0, 1, 1, &mut |_| true).unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("first sample");
+        renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("first-hit features");
+    }
+}
