@@ -8,7 +8,7 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 36] = [
+const IMPLIED: [(&str, &[&str]); 37] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -27,6 +27,7 @@ const IMPLIED: [(&str, &[&str]); 36] = [
     ("anisotropy", &["ggx", "tangents"]),
     ("iridescence", &["ggx"]),
     ("sheen", &["ggx"]),
+    ("multiple_scattering", &["ggx"]),
     ("clearcoat", &["ggx"]),
     ("clearcoat_texture", &["clearcoat", "textures", "ggx"]),
     ("clearcoat_roughness_texture", &["clearcoat", "textures", "ggx"]),

@@ -68,6 +68,29 @@ fn metals() {
     }
 }
 
+/// With what facets lose given back, white metal returns all light at every roughness.
+#[test]
+fn white_metal_loses_nothing_to_multiple_scattering() {
+    for (k, alpha) in [0.1f32, 0.3, 0.6, 1.0].into_iter().enumerate() {
+        for (degrees, look) in [(0.0f64, 0), (60.0, 1), (80.0, 2)] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let mut scene = Scene { name: format!("white metal, α {alpha}, at {degrees}°"), ..Scene::default() };
+            let white = Material { metallic: 1.0, roughness: alpha.sqrt(), ..Material::default() };
+            add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 50.0, DVec3::NEG_Z * 50.0), white);
+            let eye = DVec3::new(0.6 * sin, cos, 0.8 * sin) * 5.0;
+            scene.cameras = vec![orthographic(look_at(eye, DVec3::ZERO, DVec3::new(-0.8, 0.1, 0.6)), 0.5)];
+            scene.environment = Some(Environment::Uniform([1.0; 3]));
+            let settings = Settings { seed: 500 + 10 * k as u32 + look, ..Settings::new(32, 32) };
+            let once = render(&scene, &settings, 16, 16).mean(0)[0];
+            let film = render(&scene, &Settings { multiple_scattering: true, ..settings }, 16, 16);
+            assert!(alpha < 0.2 || once < 0.98, "{}: facets that scatter once return {once}", scene.name);
+            // The table between its nodes.
+            let judge = Judge { resolution: 0.0018, ..Judge::of(12, 0.01) };
+            judge.mean(&scene.name, &film, [1.0; 3]);
+        }
+    }
+}
+
 #[test]
 fn dielectrics() {
     for (alpha, seed) in [(0.05f32, 5), (0.5, 6)] {

@@ -124,6 +124,8 @@ features! {
     lens,
     /// A virtual white receiver stands in for the camera: irradiance is measured.
     receiver,
+    /// Rough reflections get back what their facets lose by scattering once.
+    multiple_scattering,
     /// Samples are clamped (biased).
     clamp_radiance,
     /// Directions alone are sampled: the hemisphere form.

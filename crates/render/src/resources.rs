@@ -5,7 +5,7 @@ use crate::{
     error::RenderError,
     features::Features,
     kernel::{Resource, Resources},
-    prepare::{InstanceRows, Prepared, sheen_albedos},
+    prepare::{InstanceRows, Prepared, facet_albedos, sheen_albedos},
     reflect::RecordLayout,
     upload::Uploader,
 };
@@ -50,6 +50,9 @@ pub(crate) fn scene_resources(
     storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
     if features.sheen {
         storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;
+    }
+    if features.multiple_scattering {
+        storage("facet_albedos", "the facets' albedos", true, bytemuck::cast_slice(facet_albedos()))?;
     }
     if let Some(environment) = &prepared.environment {
         let alias: Vec<[u32; 2]> = environment.alias.iter().map(|s| [s.threshold.to_bits(), s.alias]).collect();

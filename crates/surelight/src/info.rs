@@ -16,10 +16,11 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 14] = [
+const CHOSEN: [&str; 15] = [
     "items_image",
     "lens",
     "receiver",
+    "multiple_scattering",
     "clamp_radiance",
     "hemisphere",
     "area",

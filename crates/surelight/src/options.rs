@@ -69,6 +69,11 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) file: FileArgs,
 
+    /// Rough reflections get back what their facets lose by scattering once, as glTF has it: rough metal is then no darker than
+    /// smooth metal
+    #[arg(long)]
+    pub(crate) multiple_scattering: bool,
+
     /// Clamp every sample to this radiance: fewer bright specks, but biased, and recorded as such
     #[arg(long, value_name = "X", value_parser = value::positive)]
     pub(crate) max_radiance: Option<f32>,

@@ -8,6 +8,7 @@ mod light_tree;
 mod lights;
 mod materials;
 mod media;
+mod microfacets;
 mod octahedral;
 mod sheen;
 mod slots;
@@ -33,6 +34,7 @@ use self::{
 };
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
+pub(crate) use self::microfacets::facet_albedos;
 pub(crate) use self::{
     instances::InstanceRows,
     light_tree::{LightNode, LightPath},
@@ -115,6 +117,8 @@ pub struct Settings {
     pub aperture: Option<f32>,
     /// Distance of the plane in focus, metres.
     pub focus: Option<f32>,
+    /// Reflections of rough surfaces get back what their facets lose by scattering once; glTF defines single scattering.
+    pub multiple_scattering: bool,
     /// Clamp of a sample's components: biased.
     pub max_radiance: Option<f32>,
     /// Instead of a picture, each pixel estimates the radiance that a white Lambertian point at the camera's place, facing along its
@@ -138,6 +142,7 @@ impl Settings {
             aperture: None,
             focus: None,
             max_radiance: None,
+            multiple_scattering: false,
             receiver: false,
             build: BuildOptions::default(),
         }
@@ -296,6 +301,7 @@ fn decide(
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
         lens: settings.aperture.is_some_and(|a| a > 0.0) && matches!(camera.projection, Projection::Perspective { .. }),
         receiver: settings.receiver,
+        multiple_scattering: settings.multiple_scattering && any(&is_glossy),
         clamp_radiance: settings.max_radiance.is_some(),
         hemisphere: matches!(settings.integrator, Integrator::Hemisphere(_)),
         area: settings.integrator == Integrator::Area,

@@ -87,6 +87,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),
         max_radiance: args.max_radiance,
+        multiple_scattering: args.multiple_scattering,
         ..Settings::new(view.size.width, view.size.height)
     }
 }

@@ -122,6 +122,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Map<Stri
         ("env-scale", json!(args.light.env_scale)),
         ("sky", json!(loaded.sky())),
         ("max-radiance", json!(args.max_radiance)),
+        ("multiple-scattering", json!(args.multiple_scattering.then_some(true))),
         ("integrator", json!(word(method.integrator))),
         ("directions", json!(method.directions_in_force().map(word))),
         ("sampler", json!(word(method.sampler))),
