@@ -105,8 +105,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     };
     let resumed_spp = if earlier.is_some() { standing.next - standing.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
-    renderer.trace_features(&mut film)?;
-    seconds.features = stages.end()?;
+    // Only an .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited.
+    let shows_features = outputs.iter().any(|output| output.format == Format::Exr);
+    if shows_features && args.stop.time.is_some() {
+        renderer.trace_features(&mut film)?;
+        seconds.features = stages.end()?;
+    }
 
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
@@ -122,6 +126,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let (outcome, standing) =
         surelight_render::render_from(&mut renderer, &mut film, &goal, standing, watch, Some(keeper))?;
     seconds.trace = stages.lap();
+    if shows_features && args.stop.time.is_none() {
+        renderer.trace_features(&mut film)?;
+        seconds.features = stages.lap();
+    }
 
     let metadata = record.metadata(&film, &standing, &renderer.counts, args.parts.is_part(&args.stop));
     write(&outputs, &film, &display(args.exposure, args.tonemap), &metadata)?;
