@@ -24,10 +24,10 @@ type File = (String, Vec<u8>);
 
 /// Writes every generated file.
 pub(crate) fn write(folder: &Path) -> Result<(), String> {
-    let subfolder = folder.join(TORTURE);
-    fs::create_dir_all(&subfolder).map_err(|e| format!("{} cannot be made: {e}", subfolder.display()))?;
     for (name, bytes) in generate()? {
         let path = folder.join(&name);
+        let subfolder = path.parent().unwrap_or(folder);
+        fs::create_dir_all(subfolder).map_err(|e| format!("{} cannot be made: {e}", subfolder.display()))?;
         fs::write(&path, &bytes).map_err(|e| format!("{} cannot be written: {e}", path.display()))?;
         println!("{name}: {} bytes", bytes.len());
     }
@@ -45,7 +45,7 @@ pub(crate) fn check(folder: &Path) -> Result<(), String> {
             Err(e) => wrong.push(format!("{name} cannot be read ({e})")),
         }
     }
-    for prefix in ["", "torture/"] {
+    for prefix in ["", "gltf/", "torture/"] {
         let Ok(entries) = fs::read_dir(folder.join(prefix)) else { continue };
         for entry in entries.flatten() {
             let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
