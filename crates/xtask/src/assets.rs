@@ -45,7 +45,8 @@ pub(crate) fn check(folder: &Path) -> Result<(), String> {
             Err(e) => wrong.push(format!("{name} cannot be read ({e})")),
         }
     }
-    for prefix in ["", "gltf/", "torture/"] {
+    // Compressed files in gltf/ are other encoders' work.
+    for prefix in ["", "torture/"] {
         let Ok(entries) = fs::read_dir(folder.join(prefix)) else { continue };
         for entry in entries.flatten() {
             let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
