@@ -56,7 +56,7 @@ const KIND_PUNCTUAL: u32 = 1 << 30;
 const KIND_ENVIRONMENT: u32 = 2 << 30;
 
 /// Fewer emissive triangles than these are chosen by the alias table.
-const LEAST_FOR_TREE: usize = 16;
+const LEAST_FOR_TREE: usize = 3;
 
 /// Stands for no light.
 const NONE: u32 = u32::MAX;
