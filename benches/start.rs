@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use surelight_bench::conditions::cpu_seconds;
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Device, Prepared, Renderer, Settings};
+use surelight_render::{AdapterChoice, Ahead, Device, Prepared, Renderer, Settings};
 use surelight_scene::{Environment, LoadOptions};
 
 const SIZE: u32 = 256;
@@ -39,11 +39,21 @@ fn main() {
         let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
         let device = Device::new(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
         clock.lap("device");
-        let prepared =
-            Prepared::new(&scene, &camera, &Settings::new(SIZE, SIZE)).unwrap_or_else(|e| panic!("{file}: {e}"));
-        clock.lap("BVH, lights, textures");
-        let mut renderer = Renderer::new(&device, &prepared).unwrap_or_else(|e| panic!("{file}: {e}"));
-        clock.lap("compile, upload");
+        // As a render does it: the kernel is compiled on this thread, trees are built on the others.
+        let mut compiling = f64::NAN;
+        let settings = Settings::new(SIZE, SIZE);
+        let (prepared, ahead) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
+            let started = Instant::now();
+            let ahead = Ahead::compile(&device, blueprint);
+            compiling = started.elapsed().as_secs_f64();
+            ahead
+        })
+        .unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("BVH, lights, textures; composing and compiling beside them");
+        println!("| of it composing and compiling | {compiling:.3} | |");
+        let ahead = ahead.unwrap_or_else(|e| panic!("{file}: {e}"));
+        let mut renderer = Renderer::with_kernel(&device, &prepared, ahead).unwrap_or_else(|e| panic!("{file}: {e}"));
+        clock.lap("upload, the first-hit kernel");
         println!("| of it upload | {:.3} | |", renderer.upload_seconds);
         let mut film = Film::new(SIZE, SIZE);
         renderer.trace(&mut film, 0, 1, 1, &mut |_| true).unwrap_or_else(|e| panic!("{file}: {e}"));

@@ -1,11 +1,12 @@
 //! The kernel without bounds checks gives the same bits as the kernel with all of WebGPU's: it never reads or writes where it
-//! should not, and leaving the checks out has not changed what is computed.
+//! should not, and leaving the checks out has not changed what is computed. Nor does it matter whether the kernel was compiled while the BVH
+//! was built, or whether what it was made from had been guessed right.
 
 use surelight_film::Film;
-use surelight_render::{Checks, Renderer, Settings};
+use surelight_render::{Ahead, Blueprint, Checks, Directions, Integrator, Prepared, Renderer, Settings};
 use surelight_scene::{Environment, Scene, procedural};
 use surelight_tests::render::{all, bits, device, prepare};
-use surelight_tests::scenes::{map, with_everything};
+use surelight_tests::scenes::{map, probes, with_everything};
 
 const SIZE: [u32; 2] = [40, 24];
 
@@ -55,4 +56,54 @@ fn skies() {
     let scene =
         Scene { cameras: scene.cameras, environment: Some(map(3, 2, |x, _| [1.0 + x as f32; 3])), ..Scene::default() };
     check(&scene, &Settings::new(SIZE[0], SIZE[1]));
+}
+
+/// A kernel's blueprint as it is known before the BVH, and what it came to.
+fn blueprints(scene: &Scene, settings: &Settings) -> [Blueprint; 2] {
+    let (prepared, expected) = Prepared::with_work(scene, &scene.cameras[0], settings, Blueprint::clone)
+        .unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+    [expected, prepared.blueprint()]
+}
+
+#[test]
+fn kernels_are_known_before_the_bvh() {
+    let mut scenes: Vec<Scene> = procedural::GALLERY.iter().map(|entry| (entry.build)()).collect();
+    scenes.extend(probes());
+    scenes.push(procedural::probes::terrain(224));
+    scenes.push(with_everything(procedural::cornell_box::cornell_box()));
+    let directions = Integrator::Hemisphere(Directions::Cosine);
+    let mut kernels = std::collections::HashSet::new();
+    for scene in &scenes {
+        for integrator in [Integrator::Mis, Integrator::Area, Integrator::Whitted, directions] {
+            let [expected, found] = blueprints(scene, &Settings { integrator, ..Settings::new(8, 8) });
+            assert_eq!(expected, found, "{}, {integrator:?}", scene.name);
+            kernels.insert(found.features);
+        }
+    }
+    assert!(kernels.len() > 20, "{} kernels say little", kernels.len());
+}
+
+#[test]
+fn kernels_compiled_ahead_give_the_same_bits() {
+    let settings = Settings::new(SIZE[0], SIZE[1]);
+    let traced = |mut renderer: Renderer| {
+        let mut film = Film::new(SIZE[0], SIZE[1]);
+        renderer.trace(&mut film, 0, 2, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        (bits(&film), renderer.wgsl)
+    };
+    for scene in [procedural::cornell_box::cornell_box(), procedural::textured::textured()] {
+        let prepared = prepare(&scene, &settings);
+        let plain = traced(Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")));
+        let right = prepared.blueprint();
+        let mut shallow = right.clone();
+        // A stack of two entries would lose hits, had the guess been taken.
+        shallow.constants.iter_mut().filter(|c| c.name == "STACK_SIZE").for_each(|c| c.value = 2);
+        let mut other = right.clone();
+        other.features.ggx = !other.features.ggx;
+        for guess in [right, shallow, other] {
+            let ahead = Ahead::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
+            let renderer = Renderer::with_kernel(device(), &prepared, ahead).unwrap_or_else(|e| panic!("{e}"));
+            assert!(traced(renderer) == plain, "{}: the picture or its kernel is another", scene.name);
+        }
+    }
 }

@@ -55,6 +55,7 @@ pub use bounds::Bounds;
 pub use error::AccelError;
 pub use item::Item;
 pub use options::{BuildOptions, Instancing, Layout, Quality};
+pub use placement::expects_instances;
 pub use records::{InstanceRecord, Skipped, TriangleSource};
 pub use tree::MOST_STACK;
 pub use triangle::COORDINATE_LIMIT;

@@ -113,29 +113,43 @@ pub(crate) fn check(scene: &Scene) -> Result<(), AccelError> {
     Ok(())
 }
 
+/// How often each mesh is placed.
+fn uses(scene: &Scene) -> Vec<usize> {
+    let mut uses = vec![0usize; scene.meshes.len()];
+    for instance in &scene.instances {
+        if let Some(uses) = uses.get_mut(instance.mesh) {
+            *uses += 1;
+        }
+    }
+    uses
+}
+
+/// Whether a mesh is placed as instances wherever its placement can be inverted.
+fn is_shared(mesh: &Mesh, uses: usize, instancing: Instancing) -> bool {
+    let n = mesh.triangles.len();
+    match instancing {
+        Instancing::Auto => uses >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(uses) >= LEAST_COPIES,
+        Instancing::Never => false,
+        Instancing::Always => n > 0,
+    }
+}
+
+/// Whether a build will most probably place some mesh as instances, told without building: wrong where none of its placements can be
+/// inverted, or none of its triangles is sound.
+pub fn expects_instances(scene: &Scene, options: &BuildOptions) -> bool {
+    let uses = uses(scene);
+    scene.meshes.iter().zip(uses).any(|(mesh, uses)| uses > 0 && is_shared(mesh, uses, options.instancing))
+}
+
 pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Placed {
     let to_camera = |instance: &Instance| DAffine3 {
         matrix3: instance.to_world.matrix3,
         translation: instance.to_world.translation - origin,
     };
 
-    let mut uses = vec![0usize; scene.meshes.len()];
-    for instance in &scene.instances {
-        uses[instance.mesh] += 1;
-    }
-    let shared: Vec<bool> = scene
-        .meshes
-        .iter()
-        .zip(&uses)
-        .map(|(mesh, &k)| {
-            let n = mesh.triangles.len();
-            match options.instancing {
-                Instancing::Auto => k >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(k) >= LEAST_COPIES,
-                Instancing::Never => false,
-                Instancing::Always => n > 0,
-            }
-        })
-        .collect();
+    let uses = uses(scene);
+    let shared: Vec<bool> =
+        scene.meshes.iter().zip(&uses).map(|(mesh, &uses)| is_shared(mesh, uses, options.instancing)).collect();
     let reach: Vec<f64> =
         scene.meshes.iter().zip(&shared).map(|(mesh, &shared)| if shared { reach(mesh) } else { 0.0 }).collect();
 

@@ -106,7 +106,7 @@ impl<'a> Integrand<'a> {
         let readback = up.zeros("the results' copy", bytes, U::MAP_READ | U::COPY_DST)?;
         let mut resources = Resources::new();
         for (name, buffer) in [("task", &task), ("nodes", &nodes), ("results", &results)] {
-            resources.insert(name, Resource::Buffer(buffer.clone()));
+            resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
         let (module, _) = formula.module();
         let constants = [Constant { name: "DIMENSIONS", value: bounds.len() as u32 }];

@@ -1,6 +1,6 @@
 //! A compute pipeline with its bindings, made from what the composed shader states.
 
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap};
 
 use crate::{
     compose::Composed,
@@ -16,7 +16,15 @@ pub(crate) enum Resource {
 }
 
 /// Named resources.
-pub(crate) type Resources = HashMap<&'static str, Resource>;
+pub(crate) type Resources = HashMap<Cow<'static, str>, Resource>;
+
+/// A compiled entry point, bound to nothing yet.
+pub(crate) struct Program {
+    pipeline: wgpu::ComputePipeline,
+    bindings: Vec<Binding>,
+    /// One a group.
+    layouts: Vec<wgpu::BindGroupLayout>,
+}
 
 /// A compiled entry point and its bind groups.
 pub(crate) struct Kernel {
@@ -34,22 +42,15 @@ pub enum Checks {
     Full,
 }
 
-impl Kernel {
-    pub(crate) fn new(
-        device: &Device,
-        shader: &Composed,
-        entry: &str,
-        checks: Checks,
-        resources: &Resources,
-    ) -> Result<Self, RenderError> {
+impl Program {
+    pub(crate) fn new(device: &Device, shader: &Composed, entry: &str, checks: Checks) -> Result<Self, RenderError> {
         device.scoped("a kernel", || {
             let module = shader_module(&device.device, &shader.wgsl, checks);
-            let all = bindings(shader);
-            let count = all.iter().map(|b| b.group + 1).max().unwrap_or(0);
-            let groups_of = |g: u32| all.iter().filter(move |b| b.group == g);
+            let bindings = bindings(shader);
+            let count = bindings.iter().map(|b| b.group + 1).max().unwrap_or(0);
             let layouts: Vec<_> = (0..count)
                 .map(|g| {
-                    let entries: Vec<_> = groups_of(g).map(layout_entry).collect();
+                    let entries: Vec<_> = bindings.iter().filter(|b| b.group == g).map(layout_entry).collect();
                     let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
                     device.device.create_bind_group_layout(&descriptor)
                 })
@@ -70,16 +71,36 @@ impl Kernel {
                 },
                 cache: None,
             });
-            let groups = (0..count)
-                .map(|g| {
-                    let entries: Vec<_> = groups_of(g).map(|b| group_entry(b, resources)).collect::<Result<_, _>>()?;
-                    let descriptor =
-                        wgpu::BindGroupDescriptor { label: None, layout: &layouts[g as usize], entries: &entries };
-                    Ok((g, device.device.create_bind_group(&descriptor)))
-                })
-                .collect::<Result<_, RenderError>>()?;
-            Ok(Self { pipeline, groups })
-        })?
+            Self { pipeline, bindings, layouts }
+        })
+    }
+
+    /// What is to be bound.
+    pub(crate) fn bindings(&self) -> &[Binding] {
+        &self.bindings
+    }
+
+    /// With what it is bound to.
+    pub(crate) fn bind(&self, device: &Device, resources: &Resources) -> Result<Kernel, RenderError> {
+        let groups = (0..).zip(&self.layouts).map(|(group, layout)| {
+            let bindings = self.bindings.iter().filter(|b| b.group == group);
+            let entries: Vec<_> = bindings.map(|b| group_entry(b, resources)).collect::<Result<_, _>>()?;
+            let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+            Ok((group, device.scoped("a kernel", || device.device.create_bind_group(&descriptor))?))
+        });
+        Ok(Kernel { pipeline: self.pipeline.clone(), groups: groups.collect::<Result<_, RenderError>>()? })
+    }
+}
+
+impl Kernel {
+    pub(crate) fn new(
+        device: &Device,
+        shader: &Composed,
+        entry: &str,
+        checks: Checks,
+        resources: &Resources,
+    ) -> Result<Self, RenderError> {
+        Program::new(device, shader, entry, checks)?.bind(device, resources)
     }
 
     /// Records a dispatch of `workgroups` along x, timed if there is something to time it with.

@@ -1,8 +1,10 @@
 //! Traces light paths on the device: upload, specialised kernels, progressive loop.
 //!
 //! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH and decides what the kernel
-//! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met.
+//! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met. Who is in a
+//! hurry compiles while the BVH is built: [`Prepared::with_work`], [`Ahead::compile`], [`Renderer::with_kernel`].
 
+mod ahead;
 mod batches;
 mod compose;
 mod device;
@@ -26,13 +28,16 @@ mod trial;
 mod twins;
 mod upload;
 
+pub use ahead::Ahead;
 pub use compose::{Composed, Constant, compose, compose_modules, shader_modules};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
 pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
-pub use prepare::{Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, sheen_albedos};
+pub use prepare::{
+    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, sheen_albedos,
+};
 pub use probe::run_probe;
 pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};

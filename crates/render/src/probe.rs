@@ -42,9 +42,9 @@ pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     let input = up.buffer("the queries", queries, U::STORAGE)?;
     let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;
     let readback = up.zeros("the results' copy", size, U::MAP_READ | U::COPY_DST)?;
-    resources.insert("view", Resource::Buffer(view));
-    resources.insert("queries", Resource::Buffer(input));
-    resources.insert("results", Resource::Buffer(output.clone()));
+    resources.insert("view".into(), Resource::Buffer(view));
+    resources.insert("queries".into(), Resource::Buffer(input));
+    resources.insert("results".into(), Resource::Buffer(output.clone()));
     let kernel = Kernel::new(device, &shader, entry, Checks::Full, &resources)?;
     device.scoped("a probe", || {
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -5,11 +5,12 @@ use std::time::{Duration, Instant};
 use surelight_film::{BatchSum, Features as FilmFeatures, Film};
 
 use crate::{
+    ahead::Ahead,
     compose::compose,
     device::Device,
     error::RenderError,
     features::Features,
-    kernel::{Checks, Kernel, Resource},
+    kernel::{Checks, Kernel, Program, Resource},
     pass::{Control, FeaturePixel, GROUP, Pass, Tile},
     prepare::{Prepared, View},
     reflect::RecordLayout,
@@ -20,6 +21,7 @@ use crate::{
 
 /// Root modules of the kernels.
 pub(crate) const PATH_KERNEL: &str = "package::kernel::path";
+pub(crate) const PATH_ENTRY: &str = "trace_paths";
 const FEATURE_KERNEL: &str = "package::kernel::features";
 
 /// Lanes traced at once. GPUs need many. CPU drivers need few: the more there are, the fewer samples each has in a dispatch of
@@ -113,20 +115,38 @@ impl<'a> Renderer<'a> {
 
     /// Likewise, choosing whether accesses are checked.
     pub fn with_checks(device: &'a Device, prepared: &Prepared, checks: Checks) -> Result<Self, RenderError> {
-        Self::build(device, prepared, checks, usual_lanes(device))
+        Self::build(device, prepared, checks, usual_lanes(device), None)
+    }
+
+    /// Likewise, with a kernel that was compiled before; where it is not the scene's, it is dropped and the right one compiled.
+    pub fn with_kernel(device: &'a Device, prepared: &Prepared, ahead: Ahead) -> Result<Self, RenderError> {
+        Self::build(device, prepared, Checks::default(), usual_lanes(device), Some(ahead))
     }
 
     /// Likewise, choosing about how many lanes are traced at once: one row of 8×8 blocks at least. The picture is the same.
     pub fn with_lanes(device: &'a Device, prepared: &Prepared, lanes: u32) -> Result<Self, RenderError> {
-        Self::build(device, prepared, Checks::default(), lanes)
+        Self::build(device, prepared, Checks::default(), lanes, None)
     }
 
-    fn build(device: &'a Device, prepared: &Prepared, checks: Checks, wanted: u32) -> Result<Self, RenderError> {
+    fn build(
+        device: &'a Device,
+        prepared: &Prepared,
+        checks: Checks,
+        wanted: u32,
+        ahead: Option<Ahead>,
+    ) -> Result<Self, RenderError> {
         let started = Instant::now();
-        let mut features = prepared.features;
-        features.items_image = device.reads_images();
-        let shader = compose(PATH_KERNEL, &features, &prepared.constants())?;
-        let feature_shader = compose(FEATURE_KERNEL, &features, &prepared.constants())?;
+        let blueprint = prepared.blueprint().on(device);
+        let features = blueprint.features;
+        let (shader, program) = match ahead.filter(|ahead| ahead.is_of(device, &blueprint)) {
+            Some(ahead) => (ahead.shader, ahead.program),
+            None => {
+                let shader = compose(PATH_KERNEL, &features, &blueprint.constants)?;
+                let program = Program::new(device, &shader, PATH_ENTRY, checks)?;
+                (shader, program)
+            }
+        };
+        let feature_shader = compose(FEATURE_KERNEL, &features, &blueprint.constants)?;
 
         let mut up = Uploader::new(device);
         let uploading = Instant::now();
@@ -161,9 +181,9 @@ impl<'a> Renderer<'a> {
             ("batch_sums", &sums),
             ("feature_pixels", &feature_pixels),
         ] {
-            resources.insert(name, Resource::Buffer(buffer.clone()));
+            resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
-        let kernel = Kernel::new(device, &shader, "trace_paths", checks, &resources)?;
+        let kernel = program.bind(device, &resources)?;
         let feature_kernel = Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?;
         let mut renderer = Self {
             device,
@@ -408,6 +428,6 @@ fn usual_lanes(device: &Device) -> u32 {
 }
 
 /// Threads of a CPU driver: it makes one for each core.
-fn cpu_threads() -> u32 {
+pub(crate) fn cpu_threads() -> u32 {
     std::thread::available_parallelism().map_or(1, |n| n.get() as u32)
 }

@@ -26,7 +26,7 @@ pub(crate) fn scene_resources(
             } else {
                 Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?)
             };
-            resources.insert(name, resource);
+            resources.insert(name.into(), resource);
         }
         Ok(())
     };

@@ -10,6 +10,13 @@ const MIB: u64 = 1 << 20;
 /// Fewest bytes of a buffer: a binding must hold at least one record of its type, even where there is none.
 const LEAST_BYTES: usize = 256;
 
+/// Rows of an image that has `used` of them at least: never a power of two. Mesa's CPU driver compiles a kernel once more for images whose
+/// height is one where it was none before, and kernels are compiled before heights are known ([`crate::ahead`]).
+pub(crate) fn rows_of(used: u32) -> u32 {
+    let used = used.max(3);
+    if used.is_power_of_two() { used + 1 } else { used }
+}
+
 /// Makes resources and counts their bytes.
 pub(crate) struct Uploader<'a> {
     device: &'a Device,
@@ -62,7 +69,7 @@ impl<'a> Uploader<'a> {
     pub(crate) fn image<T: NoUninit>(&mut self, what: &str, data: &[T]) -> Result<wgpu::TextureView, RenderError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let row = IMAGE_WIDTH as usize * 16;
-        let height = bytes.len().div_ceil(row).max(1) as u32;
+        let height = rows_of(bytes.len().div_ceil(row) as u32);
         let limit = self.device.info.max_image_side;
         if height > limit || IMAGE_WIDTH > limit {
             return Err(RenderError::TooLarge {

@@ -87,11 +87,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.trials = stages.end()?;
 
     progress.stage("building the BVH of", &args.scene);
-    let prepared = loaded.prepare(&settings)?;
+    let (prepared, ahead) = loaded.prepare(&device, &settings)?;
     seconds.bvh = stages.end()?;
 
     progress.stage("compiling the kernel for", &args.scene);
-    let mut renderer = Renderer::new(&device, &prepared)?;
+    let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
 

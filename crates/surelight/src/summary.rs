@@ -84,9 +84,9 @@ pub(crate) struct Seconds {
     pub(crate) device: f64,
     /// Trying integrators, with `--integrator auto`.
     pub(crate) trials: f64,
-    /// Building the BVH, the lights and the textures.
+    /// Building the BVH, the lights and the textures, and composing and compiling the kernel beside them.
     pub(crate) bvh: f64,
-    /// Composing and compiling the kernel, and uploading the scene.
+    /// Uploading the scene, and the kernel of the first hits; all of compilation where the kernel turned out to be another.
     pub(crate) compile: f64,
     /// Tracing.
     pub(crate) trace: f64,

@@ -20,6 +20,11 @@ pub(crate) struct AttributeLayout {
 }
 
 impl AttributeLayout {
+    pub(crate) fn of(scene: &Scene, features: &Features) -> Self {
+        let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
+        Self::new(features, uv_sets)
+    }
+
     pub(crate) fn new(features: &Features, uv_sets: u32) -> Self {
         let mut next = 1;
         let mut take = |on: bool, words: u32| {

@@ -13,6 +13,7 @@ use surelight_scene::{LightKind, Material, Mesh, Scene};
 use super::{
     Integrator,
     alias::alias_table,
+    blueprint::placed_triangles,
     light_tree::{LightTree, TreeLight},
     luminance,
     textures::lookup_linear_rgb,
@@ -80,7 +81,39 @@ pub(crate) struct Lights {
     pub(crate) environment_probability: f32,
 }
 
+/// Which kinds of lights a scene has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LightKinds {
+    pub(crate) any: bool,
+    pub(crate) area: bool,
+    pub(crate) tree: bool,
+    pub(crate) punctual: bool,
+}
+
+impl LightKinds {
+    /// As far as it can be seen without looking at triangles. `sky`: whether an environment map is sampled.
+    pub(crate) fn expected(scene: &Scene, integrator: Integrator, sky: bool) -> Self {
+        if matches!(integrator, Integrator::Hemisphere(_)) {
+            return Self { any: false, area: false, tree: false, punctual: false };
+        }
+        let [_, emissive] = placed_triangles(scene);
+        let area = emissive > 0;
+        let punctual = scene.lights.iter().any(|light| punctual(light, DVec3::ZERO, 1.0).1 > 0.0);
+        let tree = emissive >= LEAST_FOR_TREE as u64 && integrator != Integrator::Whitted;
+        Self { any: area || punctual || sky, area, tree, punctual }
+    }
+}
+
 impl Lights {
+    pub(crate) fn kinds(&self) -> LightKinds {
+        LightKinds {
+            any: !self.table.is_empty(),
+            area: !self.area.is_empty(),
+            tree: self.tree.is_some(),
+            punctual: !self.punctual.is_empty(),
+        }
+    }
+
     /// `environment`: ∫ luminance dω of the environment map, when there is one.
     pub(crate) fn new(scene: &Scene, accel: &Accel, integrator: Integrator, environment: Option<f64>) -> Self {
         let mut lights = Self::default();

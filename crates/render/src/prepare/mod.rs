@@ -2,6 +2,7 @@
 
 mod alias;
 mod attributes;
+mod blueprint;
 mod environment;
 mod instances;
 mod light_tree;
@@ -23,8 +24,9 @@ use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 
 use self::{
     attributes::AttributeLayout,
+    blueprint::Room,
     environment::EnvironmentTable,
-    lights::Lights,
+    lights::{LightKinds, Lights},
     materials::{
         PreparedMaterial, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
         sends_through, transmits,
@@ -35,6 +37,7 @@ use self::{
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
 pub(crate) use self::microfacets::facet_albedos;
+pub use self::{blueprint::Blueprint, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
 pub(crate) use self::{
     instances::InstanceRows,
     light_tree::{LightNode, LightPath},
@@ -42,7 +45,6 @@ pub(crate) use self::{
     textures::TextureUse,
     view::View,
 };
-pub use self::{materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
 
 /// Estimators of the rendering equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -164,27 +166,35 @@ pub struct Prepared {
     pub(crate) textures: Textures,
     pub(crate) lights: Lights,
     pub(crate) environment: Option<EnvironmentTable>,
+    room: Room,
 }
 
 impl Prepared {
     /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, RenderError> {
+        Ok(Self::with_work(scene, camera, settings, |_| ())?.0)
+    }
+
+    /// Likewise, with something to do while the BVH is built, told what the kernel will most probably be made from:
+    /// [`crate::Ahead::compile`].
+    pub fn with_work<T>(
+        scene: &Scene,
+        camera: &Camera,
+        settings: &Settings,
+        work: impl FnOnce(&Blueprint) -> T,
+    ) -> Result<(Self, T), RenderError> {
         // The kernel reads one layout only.
         let build = BuildOptions { layout: Layout::Wide, ..settings.build };
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
         // Trees and tables know nothing of each other, and are made side by side.
-        let (accel, (mut materials, textures, table)) = std::thread::scope(|scope| {
+        let (accel, tables, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
-            let tables = tables(scene, &used, settings.integrator == Integrator::Mis);
-            (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables)
+            let tables = Tables::new(scene, &used, settings.integrator == Integrator::Mis);
+            let work = work(&tables.blueprint(scene, camera, settings, &used));
+            (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, work)
         });
         let accel = accel?;
-
-        let media = media::rank(scene);
-        let nested = !media.is_empty();
-        for (material, medium) in materials.iter_mut().zip(media) {
-            material.medium = medium;
-        }
+        let Tables { materials, textures, environment, nested } = tables;
 
         let mut view = View::new(camera, settings, accel.origin);
         match &scene.environment {
@@ -196,11 +206,8 @@ impl Prepared {
             Some(Environment::Uniform(radiance)) => view.environment = *radiance,
             None => {}
         }
-        let environment = table;
         let factor = f64::from(view.environment[0]);
-        // Whitted sends shadow rays to lights with a middle; an environment has none.
-        let sampled = environment.as_ref().filter(|_| settings.integrator != Integrator::Whitted);
-        let sky = sampled.map(|e| e.total * factor).filter(|&e| e > 0.0);
+        let sky = sampled_sky(environment.as_ref(), settings, factor);
         let lights = Lights::new(scene, &accel, settings.integrator, sky);
         // Without light sampling nothing is connected at all, which is told of the method.
         let unreachable = match settings.integrator {
@@ -212,24 +219,39 @@ impl Prepared {
         view.light_count = lights.table.len() as u32;
 
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
-        let mut features = decide(scene, camera, settings, &used_materials, &lights, environment.is_some());
+        let mut features = decide(scene, camera, settings, &used_materials, lights.kinds(), environment.is_some());
         features.instances = !accel.instances.is_empty();
         features.nested = nested;
         features.volume |= nested;
-        let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
-        let layout = AttributeLayout::new(&features, uv_sets);
+        let layout = AttributeLayout::of(scene, &features);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
-        Ok(Self { accel, features, unreachable, view, layout, attributes, materials, textures, lights, environment })
+        let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
+        // One more than the walk needs, since it writes the next entry whether or not it is kept.
+        let room = Room::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
+        let prepared = Self {
+            accel,
+            features,
+            unreachable,
+            view,
+            layout,
+            attributes,
+            materials,
+            textures,
+            lights,
+            environment,
+            room,
+        };
+        Ok((prepared, work))
+    }
+
+    /// What the kernel is made from.
+    pub fn blueprint(&self) -> Blueprint {
+        Blueprint { features: self.features, constants: self.constants() }
     }
 
     /// Constants that the kernel is specialised with.
     pub fn constants(&self) -> Vec<Constant> {
-        let mut constants = self.layout.constants();
-        // One more than the walk needs, since it writes the next entry whether or not it is kept.
-        constants.push(Constant { name: "STACK_SIZE", value: self.accel.stack_depth + 2 });
-        let light_levels = self.lights.tree.as_ref().map_or(0, |tree| tree.depth);
-        constants.push(Constant { name: "LIGHT_TREE_DEPTH", value: light_levels });
-        constants
+        self.room.constants(&self.layout)
     }
 
     pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
@@ -237,21 +259,58 @@ impl Prepared {
     }
 }
 
-/// Materials, their textures, and the table of the environment map, compensated for multiple importance sampling or not.
-fn tables(
-    scene: &Scene,
-    used: &BTreeSet<usize>,
-    compensated: bool,
-) -> (Vec<PreparedMaterial>, Textures, Option<EnvironmentTable>) {
-    let mut textures = Textures::default();
-    let unused = surelight_scene::Material { unlit: true, ..Default::default() };
-    let of = |i: usize| if used.contains(&i) { &scene.materials[i] } else { &unused };
-    let materials = (0..scene.materials.len()).map(|i| PreparedMaterial::new(scene, of(i), &mut textures)).collect();
-    let environment = match &scene.environment {
-        Some(Environment::Map { map, .. }) => EnvironmentTable::new(map, compensated),
-        _ => None,
-    };
-    (materials, textures, environment)
+/// What is made of a scene without its trees.
+struct Tables {
+    materials: Vec<PreparedMaterial>,
+    textures: Textures,
+    environment: Option<EnvironmentTable>,
+    /// Whether volumes overlap.
+    nested: bool,
+}
+
+impl Tables {
+    /// `compensated`: for multiple importance sampling.
+    fn new(scene: &Scene, used: &BTreeSet<usize>, compensated: bool) -> Self {
+        let mut textures = Textures::default();
+        let unused = surelight_scene::Material { unlit: true, ..Default::default() };
+        let of = |i: usize| if used.contains(&i) { &scene.materials[i] } else { &unused };
+        let mut materials: Vec<_> =
+            (0..scene.materials.len()).map(|i| PreparedMaterial::new(scene, of(i), &mut textures)).collect();
+        let environment = match &scene.environment {
+            Some(Environment::Map { map, .. }) => EnvironmentTable::new(map, compensated),
+            _ => None,
+        };
+        let media = media::rank(scene);
+        let nested = !media.is_empty();
+        for (material, medium) in materials.iter_mut().zip(media) {
+            material.medium = medium;
+        }
+        Self { materials, textures, environment, nested }
+    }
+
+    /// What the scene's kernel will be made from, unless a tree is uncommonly deep or something in the scene cannot be seen.
+    fn blueprint(&self, scene: &Scene, camera: &Camera, settings: &Settings, used: &BTreeSet<usize>) -> Blueprint {
+        let scale = match &scene.environment {
+            Some(Environment::Map { scale, .. }) => f64::from(*scale),
+            _ => 0.0,
+        };
+        let sky = sampled_sky(self.environment.as_ref(), settings, scale).is_some();
+        let lights = LightKinds::expected(scene, settings.integrator, sky);
+        let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &self.materials[i]).collect();
+        let mut features = decide(scene, camera, settings, &used_materials, lights, self.environment.is_some());
+        features.instances = surelight_accel::expects_instances(scene, &settings.build);
+        features.nested = self.nested;
+        features.volume |= self.nested;
+        let constants = Room::likely(scene).constants(&AttributeLayout::of(scene, &features));
+        Blueprint { features, constants }
+    }
+}
+
+/// ∫ luminance dω of an environment map that directions are sampled from.
+fn sampled_sky(environment: Option<&EnvironmentTable>, settings: &Settings, scale: f64) -> Option<f64> {
+    // Whitted sends shadow rays to lights with a middle; an environment has none.
+    let sampled = environment.filter(|_| settings.integrator != Integrator::Whitted);
+    sampled.map(|e| e.total * scale).filter(|&e| e > 0.0)
 }
 
 /// Only what the scene needs.
@@ -260,7 +319,7 @@ fn decide(
     camera: &Camera,
     settings: &Settings,
     materials: &[&PreparedMaterial],
-    lights: &Lights,
+    lights: LightKinds,
     environment_map: bool,
 ) -> Features {
     let any = |test: &dyn Fn(&surelight_scene::Material) -> bool| materials.iter().any(|m| test(&m.material));
@@ -292,10 +351,10 @@ fn decide(
         volume: any(&|m| transmits(m) && absorbs(m)),
         unlit: any(&|m| m.unlit),
         emission,
-        light_sampling: !lights.table.is_empty() && settings.max_bounces != Some(0),
-        area_lights: !lights.area.is_empty() && settings.max_bounces != Some(0),
-        light_tree: lights.tree.is_some() && settings.max_bounces != Some(0),
-        punctual_lights: !lights.punctual.is_empty() && settings.max_bounces != Some(0),
+        light_sampling: lights.any && settings.max_bounces != Some(0),
+        area_lights: lights.area && settings.max_bounces != Some(0),
+        light_tree: lights.tree && settings.max_bounces != Some(0),
+        punctual_lights: lights.punctual && settings.max_bounces != Some(0),
         environment_uniform: matches!(&scene.environment, Some(Environment::Uniform(c)) if c.iter().any(|&c| c > 0.0)),
         environment_map,
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use surelight_render::{AdapterChoice, Prepared, Settings};
+use surelight_render::{AdapterChoice, Ahead, Blueprint, Device, Prepared, Settings};
 use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
@@ -44,9 +44,10 @@ impl Loaded {
         }
     }
 
-    /// Builds the BVH, the lights and the textures.
-    pub(super) fn prepare(&mut self, settings: &Settings) -> Result<Prepared, Error> {
-        let prepared = Prepared::new(&self.scene, &self.view.camera, settings)?;
+    /// Builds the BVH, the lights and the textures, and compiles the kernel meanwhile.
+    pub(super) fn prepare(&mut self, device: &Device, settings: &Settings) -> Result<(Prepared, Ahead), Error> {
+        let compile = |blueprint: &Blueprint| Ahead::compile(device, blueprint);
+        let (prepared, ahead) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
         let (broken, flat) = (prepared.accel.skipped.non_finite, prepared.accel.skipped.zero_area);
         if flat > 0 && flat + broken >= self.scene.triangle_count() as u64 {
             self.warnings.push("no triangle has an area: the picture shows the surroundings alone".into());
@@ -61,7 +62,7 @@ impl Loaded {
                 self.warnings.push(light.to_string());
             }
         }
-        Ok(prepared)
+        Ok((prepared, ahead?))
     }
 }
 
