@@ -1,5 +1,6 @@
 //! Walks camera rays and two diffuse bounces of them on one thread and prints items read and rays a second:
-//! `cargo run --release -p surelight-accel --example rays -- scene.glb [fast|medium|slow] [auto|never] [binary|wide]`
+//! `cargo run --release -p surelight-accel --example rays -- scene.glb [fast|medium|slow] [auto|never] [binary|wide]`;
+//! instead of a file `terrain:N` (2 N² triangles) or `soup:N`.
 //!
 //! Items a ray is the figure to compare trees by; the speed is that of the CPU twin, not of a kernel.
 
@@ -7,7 +8,7 @@ use std::{error::Error, path::PathBuf, time::Instant};
 
 use glam::{Vec3, vec3};
 use surelight_accel::{Accel, BuildOptions, Hit, Instancing, Layout, NO_INSTANCE, Quality, Ray};
-use surelight_scene::{LoadOptions, Scene, load};
+use surelight_scene::{LoadOptions, Scene, load, procedural::probes};
 
 const SIZE: usize = 512;
 
@@ -26,11 +27,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => path = Some(PathBuf::from(argument)),
         }
     }
-    let path = path.ok_or("name a .glb or .gltf file")?;
-    let scene = load(&path, &LoadOptions::default())?;
+    let path = path.ok_or("name a .glb or .gltf file, or terrain:N or soup:N")?;
+    let scene = match path.to_str().and_then(|text| text.split_once(':')) {
+        Some(("terrain", side)) => probes::terrain(side.parse()?),
+        Some(("soup", triangles)) => probes::soup(triangles.parse()?, 1),
+        _ => load(&path, &LoadOptions::default())?,
+    };
     let origin = scene.cameras.first().map_or(glam::DVec3::ZERO, |c| c.to_world.translation);
     let accel = Accel::build(&scene, origin, &options)?;
-    println!("{} {options:?}: SAH {:.2}, depth {}", path.display(), accel.statistics.sah, accel.stack_depth);
+    let s = accel.statistics;
+    println!("{} {options:?}: SAH {:.2}, depth {}", path.display(), s.sah, accel.stack_depth);
+    println!("placed in {:.2?}, built in {:.2?}, flattened in {:.2?}", s.place, s.build, s.flatten);
 
     let mut rays = camera_rays(&scene, &accel);
     let mut seed = 1u32;

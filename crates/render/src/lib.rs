@@ -38,7 +38,7 @@ pub use kernel::Checks;
 pub use prepare::{
     Blueprint, Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, sheen_albedos,
 };
-pub use probe::run_probe;
+pub use probe::{Probe, run_probe};
 pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};
 pub use reflect::RecordLayout;

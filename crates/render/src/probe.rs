@@ -16,13 +16,75 @@ use crate::{
 /// Lanes of a probe's workgroup.
 const GROUP: usize = 64;
 
-/// Runs an entry point of `root` with one lane a query, 64 to a workgroup along x, all accesses checked.
+/// An entry point over a prepared scene, one lane a query, 64 to a workgroup along x.
 ///
-/// The module declares `queries`, a read-only storage array, and `results`, a read-write one, wherever the scene's modules
-/// bind nothing; it may import anything that the scene's features have. Returns `results` elements, zero where not written.
+/// Its module declares `queries`, a read-only storage array, and `results`, a read-write one, wherever the scene's modules
+/// bind nothing; it may import anything that the scene's features have.
+pub struct Probe<'a> {
+    device: &'a Device,
+    kernel: Kernel,
+    input: wgpu::Buffer,
+    output: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    workgroups: u32,
+}
+
+impl<'a> Probe<'a> {
+    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so many results.
+    ///
+    /// # Errors
+    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups are the most.
+    pub fn new<Q: NoUninit, R: AnyBitPattern>(
+        device: &'a Device,
+        prepared: &Prepared,
+        [root, entry]: [&str; 2],
+        queries: &[Q],
+        results: usize,
+        checks: Checks,
+    ) -> Result<Self, RenderError> {
+        use wgpu::BufferUsages as U;
+        let mut features = prepared.features;
+        features.items_image = device.reads_images();
+        let shader = compose(root, &features, &prepared.constants())?;
+        let mut up = Uploader::new(device);
+        let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+        let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
+        let size = (results * size_of::<R>()) as u64;
+        let input = up.buffer("the queries", queries, U::STORAGE | U::COPY_DST)?;
+        let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;
+        let readback = up.zeros("the results' copy", size, U::MAP_READ | U::COPY_DST)?;
+        resources.insert("view".into(), Resource::Buffer(view));
+        resources.insert("queries".into(), Resource::Buffer(input.clone()));
+        resources.insert("results".into(), Resource::Buffer(output.clone()));
+        let kernel = Kernel::new(device, &shader, entry, checks, &resources)?;
+        Ok(Self { device, kernel, input, output, readback, workgroups: queries.len().div_ceil(GROUP) as u32 })
+    }
+
+    /// Asks something else: as many queries as before, or fewer.
+    pub fn ask<Q: NoUninit>(&self, queries: &[Q]) {
+        self.device.queue.write_buffer(&self.input, 0, bytemuck::cast_slice(queries));
+    }
+
+    /// Answers all queries; results that were never written are zero.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn run<R: AnyBitPattern + NoUninit>(&self) -> Result<Vec<R>, RenderError> {
+        let size = self.readback.size();
+        self.device.scoped("a probe", || {
+            let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.kernel.record(&mut encoder, self.workgroups, None);
+            encoder.copy_buffer_to_buffer(&self.output, 0, &self.readback, 0, size);
+            self.device.queue.submit([encoder.finish()]);
+        })?;
+        self.device.read(&self.readback, size, bytemuck::pod_collect_to_vec)
+    }
+}
+
+/// Asks an entry point of `root` once, all accesses checked: [`Probe`].
 ///
 /// # Errors
-/// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups are the most.
+/// Likewise.
 pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     device: &Device,
     prepared: &Prepared,
@@ -31,26 +93,5 @@ pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     queries: &[Q],
     results: usize,
 ) -> Result<Vec<R>, RenderError> {
-    use wgpu::BufferUsages as U;
-    let mut features = prepared.features;
-    features.items_image = device.reads_images();
-    let shader = compose(root, &features, &prepared.constants())?;
-    let mut up = Uploader::new(device);
-    let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
-    let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
-    let size = (results * size_of::<R>()) as u64;
-    let input = up.buffer("the queries", queries, U::STORAGE)?;
-    let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;
-    let readback = up.zeros("the results' copy", size, U::MAP_READ | U::COPY_DST)?;
-    resources.insert("view".into(), Resource::Buffer(view));
-    resources.insert("queries".into(), Resource::Buffer(input));
-    resources.insert("results".into(), Resource::Buffer(output.clone()));
-    let kernel = Kernel::new(device, &shader, entry, Checks::Full, &resources)?;
-    device.scoped("a probe", || {
-        let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        kernel.record(&mut encoder, queries.len().div_ceil(GROUP) as u32, None);
-        encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, size);
-        device.queue.submit([encoder.finish()]);
-    })?;
-    device.read(&readback, size, bytemuck::pod_collect_to_vec)
+    Probe::new::<Q, R>(device, prepared, [root, entry], queries, results, Checks::Full)?.run()
 }
