@@ -8,7 +8,7 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 37] = [
+const IMPLIED: [(&str, &[&str]); 38] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -44,6 +44,7 @@ const IMPLIED: [(&str, &[&str]); 37] = [
     ("punctual_lights", &["light_sampling"]),
     ("environment_map", &["light_sampling"]),
     ("light_sampling", &["punctual_lights"]),
+    ("caustics", &["light_sampling", "punctual_lights", "delta_lobes", "ggx"]),
     ("directions_uniform", &["hemisphere"]),
     ("directions_cosine", &["hemisphere"]),
 ];
@@ -55,7 +56,7 @@ const UNSAMPLED: [&str; 4] = ["light_sampling", "area_lights", "light_tree", "pu
 const ALTERNATIVES: [&[&str]; 5] = [
     &["environment_uniform", "environment_map"],
     &["orthographic", "lens", "receiver"],
-    &["", "hemisphere", "area", "whitted"],
+    &["", "hemisphere", "area", "whitted", "caustics"],
     &["", "directions_uniform", "directions_cosine"],
     &["", "sampler_independent", "sampler_stratified", "one_scramble"],
 ];
@@ -144,6 +145,7 @@ pub fn shipped() -> Vec<(Features, Vec<String>)> {
                 Settings { integrator: Integrator::Hemisphere(Directions::Cosine), ..plain.clone() },
             ),
             (" --integrator area", Settings { integrator: Integrator::Area, ..plain.clone() }),
+            (" --integrator caustics", Settings { integrator: Integrator::Caustics, ..plain.clone() }),
             (" --integrator whitted", Settings { integrator: Integrator::Whitted, ..plain.clone() }),
             (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain }),
         ];

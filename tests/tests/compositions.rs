@@ -6,9 +6,13 @@ use surelight_tests::features::{constants, everything, names, set, shipped};
 
 const KERNELS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
 
-/// Composes and validates some kernels; the error says which features.
+/// The light tracing kernel, which sees through a camera.
+const EMIT: &str = "package::kernel::emit";
+
+/// Composes and validates some kernels, and that of light tracing where it belongs; the error says which features.
 fn check(kernels: &[&str], features: &Features) -> Result<(), String> {
-    for root in kernels {
+    let emit = (features.caustics && !features.receiver).then_some(&EMIT);
+    for root in kernels.iter().chain(emit) {
         compose(root, features, constants()).map_err(|e| {
             let on: Vec<_> = features.list().into_iter().filter(|f| f.1).map(|f| f.0).collect();
             format!("{root} with {on:?}: {e}")

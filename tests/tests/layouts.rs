@@ -17,7 +17,8 @@ fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
 /// Compares every record that a composition has; returns the records' names.
 fn compare(features: &Features, what: &str) -> BTreeSet<&'static str> {
     let mut found = BTreeSet::new();
-    for root in KERNELS {
+    let emit = (features.caustics && !features.receiver).then_some("package::kernel::emit");
+    for root in KERNELS.into_iter().chain(emit) {
         let shader = compose(root, features, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
         for (name, host) in host_layouts() {
             let Some(device) = RecordLayout::of(&shader, name) else { continue };

@@ -22,7 +22,7 @@ pub struct Method {
 /// The same in words, as the reports keep it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct MethodWords {
-    /// `hemisphere`, `area`, `mis` or `whitted`.
+    /// `hemisphere`, `area`, `mis`, `caustics` or `whitted`.
     pub integrator: String,
     /// `uniform`, `cosine` or `bsdf`, where the integrator samples directions alone.
     pub directions: Option<String>,
@@ -55,6 +55,7 @@ impl Method {
             Integrator::Hemisphere(Directions::Bsdf) => ("hemisphere", Some("bsdf")),
             Integrator::Area => ("area", None),
             Integrator::Mis => ("mis", None),
+            Integrator::Caustics => ("caustics", None),
             Integrator::Whitted => ("whitted", None),
         };
         let sampler = match self.sampler {
@@ -107,6 +108,9 @@ impl Method {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
+    /// The method that is worth a try beside all others where there are mirrors or smooth glass.
+    pub const CAUSTICS: Self = Self { integrator: Integrator::Caustics, ..Self::DEFAULT };
+
     /// The settings that render it.
     pub fn settings(&self, base: &Settings) -> Settings {
         Settings {
@@ -137,6 +141,7 @@ enum Family {
     Hemisphere,
     Area,
     Mis,
+    Caustics,
     Whitted,
 }
 
@@ -161,6 +166,11 @@ impl Variations {
             }
         };
         if twice { Err(format!("{name} is varied twice; give all its values at once")) } else { Ok(()) }
+    }
+
+    /// Whether integrators were chosen.
+    pub fn names_integrators(&self) -> bool {
+        self.integrators.is_some()
     }
 
     /// The methods, without doubles. A quick race leaves out samplers that only repeat what another integrator shows.
@@ -198,6 +208,7 @@ impl Variations {
         match family {
             Family::Area => vec![Integrator::Area],
             Family::Mis => vec![Integrator::Mis],
+            Family::Caustics => vec![Integrator::Caustics],
             Family::Whitted => vec![Integrator::Whitted],
             Family::Hemisphere => {
                 let directions = self.directions.as_deref().unwrap_or(&[Directions::Bsdf]);
@@ -222,8 +233,9 @@ fn family(word: &str) -> Result<Family, &'static str> {
         "hemisphere" => Ok(Family::Hemisphere),
         "area" => Ok(Family::Area),
         "mis" => Ok(Family::Mis),
+        "caustics" => Ok(Family::Caustics),
         "whitted" => Ok(Family::Whitted),
-        _ => Err("an integrator: hemisphere, area, mis or whitted"),
+        _ => Err("an integrator: hemisphere, area, mis, caustics or whitted"),
     }
 }
 

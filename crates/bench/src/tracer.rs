@@ -196,6 +196,7 @@ impl Run {
         let (now, then) = (renderer.counts, self.begun);
         self.counts = Counts {
             rays: now.rays - then.rays,
+            particles: now.particles - then.particles,
             paths: now.paths - then.paths,
             dropped: now.dropped - then.dropped,
             truncated: now.truncated - then.truncated,

@@ -35,6 +35,13 @@ impl BatchSum {
         Self::new(radiance.map(|c| n * c), y, n * y * y)
     }
 
+    /// The same batch with what particles from the lights left in the pixel: their sum, the luminance of the largest and the sum of squared
+    /// luminances, each as a part of one sample.
+    pub fn with_particles(&self, sum: [f64; 3], largest: f32, squares: f64) -> Self {
+        let both = [0, 1, 2].map(|c| (f64::from(self.sum[c]) + sum[c]) as f32);
+        Self::new(both, self.largest().max(largest), (f64::from(self.squares()) + squares) as f32)
+    }
+
     /// Whether the device wrote it.
     pub fn is_written(&self) -> bool {
         self.tail != 0

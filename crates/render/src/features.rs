@@ -114,6 +114,8 @@ features! {
     light_tree,
     /// Point, spot or directional lights.
     punctual_lights,
+    /// What comes to scattering surfaces by mirrors and smooth glass is traced from the lights.
+    caustics,
     /// Light from far away, uniform.
     environment_uniform,
     /// Light from far away, a map.

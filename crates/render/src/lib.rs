@@ -13,6 +13,7 @@ mod features;
 mod images;
 mod integrate;
 mod kernel;
+mod particles;
 mod pass;
 mod precise;
 mod prepare;
@@ -36,7 +37,8 @@ pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
 pub use prepare::{
-    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, sheen_albedos,
+    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, may_have_caustics,
+    sheen_albedos,
 };
 pub use probe::{Probe, run_probe};
 pub use progression::{Keeper, Outcome, Progress, Watch};

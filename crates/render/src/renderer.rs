@@ -11,6 +11,7 @@ use crate::{
     error::RenderError,
     features::Features,
     kernel::{Checks, Kernel, Program, Resource},
+    particles::Particles,
     pass::{Control, FeaturePixel, GROUP, Pass, Tile},
     prepare::{Prepared, View},
     reflect::RecordLayout,
@@ -30,16 +31,16 @@ const CPU_LANES_A_THREAD: u32 = 1 << 11;
 const GPU_LANES: u32 = 1 << 20;
 
 /// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
-const SHORTEST_DISPATCH: Duration = Duration::from_millis(50);
-const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
+pub(crate) const SHORTEST_DISPATCH: Duration = Duration::from_millis(50);
+pub(crate) const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
 
 /// Loop iterations a lane may start a step within.
 ///
 /// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step and count for
 /// all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations before the last
 /// step, and that one at most the walk's own limit of 32,768.
-const LEAST_BUDGET: u32 = 64;
-const MOST_BUDGET: u32 = 4096;
+pub(crate) const LEAST_BUDGET: u32 = 64;
+pub(crate) const MOST_BUDGET: u32 = 4096;
 
 /// Bytes of the record that a dispatch reports with.
 const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
@@ -54,6 +55,8 @@ pub struct Counts {
     pub rays: u64,
     /// Samples finished: each is one path from the camera.
     pub paths: u64,
+    /// Particles sent from lights that have come to their end.
+    pub particles: u64,
     /// Samples that were not finite, left out of the sums.
     pub dropped: u64,
     /// Rays whose walk was cut short at 32,768 steps, their samples incomplete.
@@ -75,10 +78,10 @@ pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
 
 /// A scene on a device, with its compiled kernels.
 pub struct Renderer<'a> {
-    device: &'a Device,
+    pub(crate) device: &'a Device,
     /// What the kernel contains.
     pub features: Features,
-    /// The path kernel's WGSL.
+    /// The WGSL of the path kernel and, where there is one, of the light tracing kernel.
     pub wgsl: String,
     /// Bytes of device memory in use.
     pub device_bytes: u64,
@@ -88,6 +91,7 @@ pub struct Renderer<'a> {
     pub upload_seconds: f64,
     kernel: Kernel,
     feature_kernel: Kernel,
+    pub(crate) particles: Option<Particles>,
     view: wgpu::Buffer,
     pass_buffer: wgpu::Buffer,
     control: wgpu::Buffer,
@@ -97,8 +101,8 @@ pub struct Renderer<'a> {
     feature_pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
-    size: [u32; 2],
-    threads: u32,
+    pub(crate) size: [u32; 2],
+    pub(crate) threads: u32,
     most_lanes: u32,
     budget: u32,
     walks: u32,
@@ -185,15 +189,18 @@ impl<'a> Renderer<'a> {
         }
         let kernel = program.bind(device, &resources)?;
         let feature_kernel = Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?;
+        let particles = Particles::new(device, &mut up, prepared, &features, &mut resources, threads, checks)?;
+        let (particles, emit_wgsl) = particles.unzip();
         let mut renderer = Self {
             device,
             features,
-            wgsl: shader.wgsl,
+            wgsl: shader.wgsl + &emit_wgsl.unwrap_or_default(),
             device_bytes: up.bytes,
             compile_seconds: 0.0,
             upload_seconds,
             kernel,
             feature_kernel,
+            particles,
             view,
             pass_buffer,
             control,
@@ -211,6 +218,7 @@ impl<'a> Renderer<'a> {
             counts: Counts::default(),
         };
         renderer.warm_up(&tiles[0])?;
+        renderer.warm_up_particles()?;
         renderer.compile_seconds = started.elapsed().as_secs_f64();
         Ok(renderer)
     }
@@ -276,6 +284,9 @@ impl<'a> Renderer<'a> {
             results.push((tile, self.read_sums(&pass)?));
             self.counts.read_seconds += started.elapsed().as_secs_f64();
         }
+        if !self.trace_particles(&mut results, first_batch, batches, samples, observer)? {
+            return Ok(false);
+        }
         let started = Instant::now();
         for (tile, sums) in results {
             let lanes = tile.lanes(self.threads);
@@ -336,15 +347,25 @@ impl<'a> Renderer<'a> {
 
     /// One dispatch, and its seconds by the device's clock; afterwards every workgroup must have reported.
     fn dispatch(&self, pass: &Pass) -> Result<(Control, Option<f64>), RenderError> {
-        self.run(pass, &self.kernel)
+        self.run_pass(pass, &self.kernel)
     }
 
-    fn run(&self, pass: &Pass, kernel: &Kernel) -> Result<(Control, Option<f64>), RenderError> {
-        let workgroups = pass.lanes / GROUP;
+    fn run_pass(&self, pass: &Pass, kernel: &Kernel) -> Result<(Control, Option<f64>), RenderError> {
+        self.run(kernel, pass.lanes / GROUP, &self.pass_buffer, bytemuck::bytes_of(pass))
+    }
+
+    /// Likewise of any kernel, whose pass is to be written to a buffer.
+    pub(crate) fn run(
+        &self,
+        kernel: &Kernel,
+        workgroups: u32,
+        pass_buffer: &wgpu::Buffer,
+        pass: &[u8],
+    ) -> Result<(Control, Option<f64>), RenderError> {
         let device = self.device;
         let watch = self.stopwatch.as_ref();
         device.scoped("a dispatch", || {
-            device.queue.write_buffer(&self.pass_buffer, 0, bytemuck::bytes_of(pass));
+            device.queue.write_buffer(pass_buffer, 0, pass);
             device.queue.write_buffer(&self.control, 0, bytemuck::bytes_of(&Control::default()));
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             kernel.record(&mut encoder, workgroups, watch.map(Stopwatch::around));
@@ -406,7 +427,7 @@ impl<'a> Renderer<'a> {
             let pass = Pass { samples: FEATURE_SAMPLES, ..self.pass_of(&tile) };
             for i in 0..=FEATURE_SAMPLES {
                 let ray = Pass { first_batch: i, restart: u32::from(i == 0), ..pass };
-                self.counts.truncated += u64::from(self.run(&ray, &self.feature_kernel)?.0.truncated);
+                self.counts.truncated += u64::from(self.run_pass(&ray, &self.feature_kernel)?.0.truncated);
             }
             let records: Vec<FeaturePixel> =
                 self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;

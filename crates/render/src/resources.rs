@@ -59,6 +59,10 @@ pub(crate) fn scene_resources(
         storage("environment_texels", "the environment map", true, bytemuck::cast_slice(&environment.texels))?;
         storage("environment_alias", "the environment's alias table", true, cast(&alias))?;
     }
+    if let Some(caustics) = &prepared.caustics {
+        storage("casters", "the casters of caustics", true, bytemuck::cast_slice(&caustics.casters))?;
+        storage("emitter_table", "the emitters of caustics", true, bytemuck::cast_slice(&caustics.table))?;
+    }
     storage("texels", "textures", features.textures, bytemuck::cast_slice(&prepared.textures.texels))?;
     Ok(resources)
 }

@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use surelight_film::BatchSum;
 
 use crate::{
+    particles::EmissionPass,
     pass::{Control, FeaturePixel, Pass},
     prepare::{AreaLight, InstanceRows, LightEntry, LightNode, LightPath, PunctualLight, TextureUse, View},
     reflect::RecordLayout,
@@ -51,6 +52,25 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
             }),
         ),
         ("Pass", layout!(Pass { corner, size, first_batch, batches, samples, budget, lanes, threads, restart, walks })),
+        (
+            "EmissionPass",
+            layout!(EmissionPass {
+                corner,
+                size,
+                replicate,
+                sequence,
+                first,
+                count,
+                length,
+                budget,
+                lanes,
+                restart,
+                worth,
+                quantum,
+                square_quantum,
+                unused
+            }),
+        ),
         ("Control", layout!(Control { workgroups, unfinished, rays, paths, dropped, truncated })),
         ("BatchSum", layout!(BatchSum { sum, tail })),
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),

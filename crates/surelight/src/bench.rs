@@ -9,14 +9,14 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use surelight_bench::{
-    Budget, Peer, Plan, Subject, campaign,
+    Budget, Method, Peer, Plan, Subject, campaign,
     data::{Clock, Data, slug},
     gate::{Tolerance, compare},
     map::{self, Map},
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_render::{Device, Settings};
+use surelight_render::{Device, Settings, may_have_caustics};
 
 use crate::error::Error;
 use crate::parse::Size;
@@ -90,7 +90,7 @@ fn raced(args: &BenchArgs) -> Result<(Data, bool), Error> {
     for path in &args.scenes {
         subjects.push(subject(args, path, &mut names)?);
     }
-    let plan = plan(args, peers, device.info.is_cpu);
+    let plan = plan(args, &subjects, peers, device.info.is_cpu);
     let mut progress = Progress::new(args.quiet, subjects.len());
     let (data, complete) =
         campaign(&device, &subjects, &plan, &args.output, args.resume, &args.note, &mut |scene, number, status| {
@@ -159,15 +159,20 @@ fn smaller(size: Size, longer: u32) -> Size {
     if factor < 1.0 { Size { width: side(size.width), height: side(size.height) } } else { size }
 }
 
-fn plan(args: &BenchArgs, peers: Vec<Peer>, software: bool) -> Plan {
+fn plan(args: &BenchArgs, subjects: &[Subject], peers: Vec<Peer>, software: bool) -> Plan {
     let budget = match (args.spp, args.time) {
         (Some(n), _) => Budget::Samples(n),
         (None, Some(time)) => Budget::Seconds(time.as_secs_f64()),
         (None, None) if args.quick => Budget::Total(QUICK_SECONDS),
         (None, None) => Budget::Seconds(DEFAULT_SECONDS),
     };
+    let variations = args.variations();
+    let mut methods = variations.methods(args.quick);
+    if !variations.names_integrators() && subjects.iter().any(|subject| may_have_caustics(&subject.scene)) {
+        methods.push(Method::CAUSTICS);
+    }
     Plan {
-        methods: args.variations().methods(args.quick),
+        methods,
         repeats: args.repeats.unwrap_or(if args.quick { 3 } else { 4 }),
         budget,
         clock: args.clock.map_or(if software { Clock::Cpu } else { Clock::Wall }, Into::into),

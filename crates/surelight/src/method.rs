@@ -29,7 +29,9 @@ pub(crate) enum Integrator {
     Area,
     /// Both, joined by multiple importance sampling
     Mis,
-    /// The most efficient of the three above for this scene, by a short trial of each (render only)
+    /// Joined as well; what comes by mirrors and smooth glass to surfaces that scatter is traced from the lights
+    Caustics,
+    /// The most efficient of the four above for this scene, by a short trial of each (render only)
     Auto,
     /// Mirrors, clear glass and one shadow ray to the middle of a light; biased, recorded as such
     Whitted,
@@ -87,6 +89,7 @@ impl MethodArgs {
             Integrator::Area => render::Integrator::Area,
             // Until a trial says otherwise.
             Integrator::Mis | Integrator::Auto => render::Integrator::Mis,
+            Integrator::Caustics => render::Integrator::Caustics,
             Integrator::Whitted => render::Integrator::Whitted,
         }
     }
@@ -102,6 +105,7 @@ impl MethodArgs {
             render::Integrator::Hemisphere(_) => Integrator::Hemisphere,
             render::Integrator::Area => Integrator::Area,
             render::Integrator::Mis => Integrator::Mis,
+            render::Integrator::Caustics => Integrator::Caustics,
             render::Integrator::Whitted => Integrator::Whitted,
         };
         Self { integrator, ..self.clone() }
@@ -153,7 +157,7 @@ impl MethodArgs {
         };
         let rest = if missed == 1 { rest.replace("their", "its") } else { rest.to_owned() };
         Some(format!(
-            "the hemisphere integrator cannot find {what}, which no direction meets by chance: {rest} (--integrator area or mis finds them)"
+            "the hemisphere integrator cannot find {what}, which no direction meets by chance: {rest} (--integrator area, mis or caustics finds them)"
         ))
     }
 
@@ -194,7 +198,7 @@ mod tests {
         assert!(hemisphere.bias(&scene).unwrap().contains("misses 1"));
         scene.environment = Some(Environment::Uniform([1.0; 3]));
         assert!(hemisphere.warning(&scene).unwrap().contains("its light is missing"));
-        for other in [Integrator::Area, Integrator::Mis] {
+        for other in [Integrator::Area, Integrator::Mis, Integrator::Caustics] {
             assert_eq!((method(other, None).warning(&scene), method(other, None).bias(&scene)), (None, None));
         }
         scene.lights.clear();

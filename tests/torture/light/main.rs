@@ -1,5 +1,6 @@
 //! Torture cases 34 to 39: lights, and where sampling them breaks.
 
+mod caustics;
 mod contact;
 mod corridor;
 mod environment;

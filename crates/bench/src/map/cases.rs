@@ -51,8 +51,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "bulb-in-glass",
         title: "A lamp in a globe of glass",
-        build: || light::sds(Some(0.03)),
-        truth: || Truth::Long(Integrator::Mis, 16),
+        build: || globe(Some(0.03)),
+        truth: || Truth::Long(Integrator::Caustics, 4),
         samples: 64,
         exposure: 3.0,
         why: "Every unbiased estimator here is blind: a smooth interface bends what it is given and nothing else, so no point on the lamp \
@@ -62,8 +62,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "point-in-glass",
         title: "A point light in a globe of glass",
-        build: || light::sds(None),
-        truth: || Truth::Other(|| light::sds(Some(0.12)), Integrator::Mis, 4),
+        build: || globe(None),
+        truth: || Truth::Other(|| globe(Some(0.12)), Integrator::Mis, 4),
         samples: 16,
         exposure: 0.0,
         why: "The same with a light that has no extent. Chance has nothing to meet: the probability is zero, and so is the picture, with an \
@@ -164,6 +164,13 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
         to_world,
         projection: Projection::Perspective { yfov: yfov.to_radians(), aspect: Some(1.0) },
     }
+}
+
+/// The globe of the torture list, its light's radius in metres; the camera looks past it at the floor.
+fn globe(radius: Option<f64>) -> Scene {
+    let mut scene = light::sds(radius);
+    scene.cameras[0] = camera(DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9), 30.0);
+    scene
 }
 
 /// A plate of metal before a wall that shines.

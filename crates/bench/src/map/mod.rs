@@ -11,7 +11,7 @@ mod page;
 
 use surelight_estimate::{Estimate, sidak_level, welch_test};
 use surelight_film::Film;
-use surelight_render::{Device, Integrator, Prepared, Renderer, Settings};
+use surelight_render::{Device, Integrator, Prepared, RenderError, Renderer, Settings};
 use surelight_scene::Scene;
 
 use crate::error::BenchError;
@@ -30,10 +30,11 @@ const BELIEVED: f64 = 0.9;
 const AS_GOOD: f64 = 2.0;
 
 /// The columns: the estimators of the lecture.
-pub const METHODS: [(&str, Integrator); 4] = [
+pub const METHODS: [(&str, Integrator); 5] = [
     ("hemisphere", Integrator::Hemisphere(surelight_render::Directions::Bsdf)),
     ("area", Integrator::Area),
     ("mis", Integrator::Mis),
+    ("caustics", Integrator::Caustics),
     ("whitted", Integrator::Whitted),
 ];
 
@@ -134,6 +135,8 @@ impl Map {
 /// A picture, with what it says of itself.
 struct Picture {
     film: Film,
+    /// Mean over pixels, in green.
+    mean: Estimate,
     rays_a_path: f64,
     /// Light that it says is missing, or found by chance.
     told: Option<&'static str>,
@@ -151,14 +154,28 @@ fn picture(
     let told = prepared.unreachable.first().map(|light| if light.is_bias() { MISSING } else { CHANCE });
     let mut renderer = Renderer::new(device, &prepared)?;
     let mut film = Film::new(SIDE, SIDE);
-    let mut done = 0;
-    while done < BATCHES {
-        let n = renderer.most_batches().min(BATCHES - done);
-        renderer.trace(&mut film, done, n, samples, &mut |_| true)?;
-        done += n;
+    let mut means = Vec::new();
+    for batch in 0..BATCHES {
+        let mut part = Film::new(SIDE, SIDE);
+        renderer.trace(&mut part, batch, 1, samples, &mut |_| true)?;
+        means.push(pooled(&part).mean);
+        film.merge(&part).map_err(|e| RenderError::LostWork { message: e.to_string() })?;
     }
     let rays_a_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
-    Ok(Picture { film, rays_a_path, told })
+    let mean = match integrator {
+        // Its pixels share particles; batches share nothing.
+        Integrator::Caustics => of_batches(&means),
+        _ => pooled(&film),
+    };
+    Ok(Picture { film, mean, rays_a_path, told })
+}
+
+/// The mean of some independent estimates.
+fn of_batches(means: &[f64]) -> Estimate {
+    let n = means.len() as f64;
+    let mean = means.iter().sum::<f64>() / n;
+    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n;
+    Estimate { mean, variance, dof: n - 1.0 }
 }
 
 /// Mean over pixels, in green.
@@ -177,7 +194,7 @@ impl Row {
     fn measure(device: &Device, case: &'static Case, number: u32) -> Result<Self, BenchError> {
         let scene = (case.build)();
         let long = |scene: &Scene, integrator, times: u32| {
-            picture(device, scene, integrator, times * case.samples, 1000 + number).map(|p| pooled(&p.film))
+            picture(device, scene, integrator, times * case.samples, 1000 + number).map(|p| p.mean)
         };
         let truth = match (case.truth)() {
             Truth::Mean(mean) => Estimate::exact(mean),
@@ -210,8 +227,7 @@ impl Row {
 
 /// All but the comparison of costs.
 fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
-    let Picture { film, rays_a_path, told } = picture;
-    let mean = pooled(&film);
+    let Picture { film, mean, rays_a_path, told } = picture;
     // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be told.
     let blurred = Estimate { variance: mean.variance + (1e-4 * truth.mean).powi(2), ..mean };
     let test = welch_test(&blurred, truth);

@@ -40,7 +40,8 @@ pub(super) fn page(folder: &Path, data: &Data, scenes: &[(&SceneData, Vec<Chart>
 
 const INTRODUCTION: &str = "<p>A path tracer estimates each pixel by random light paths: more paths, less noise. A \
 <em>method</em> is a way to choose them. <strong>hemisphere</strong> samples directions and meets lights by chance, \
-<strong>area</strong> samples points on lights, <strong>mis</strong> does both and weighs them; <strong>whitted</strong> is \
+<strong>area</strong> samples points on lights, <strong>mis</strong> does both and weighs them, and <strong>caustics</strong> also sends \
+light from the lamps through glass and by mirrors; <strong>whitted</strong> is \
 the classic ray tracer of 1980, fast and not quite true. After the slash stands where the random numbers come from: \
 <strong>independent</strong> ones, <strong>stratified</strong> ones, or well-spread <strong>sobol</strong> points. Below: which method \
 comes to a given error first, whether it knows its own error, and what it costs.</p>\n";

@@ -13,6 +13,9 @@ pub(crate) struct EnvironmentTable {
     pub(crate) alias: Vec<Slot>,
     /// ∫ luminance dω over all directions, before the factor on the map.
     pub(crate) total: f64,
+    /// Where the pdf is at least this, radiance is twice the mean or more, and sampled about in proportion: a source of light that may
+    /// be worth tracing. Infinite where the map has none.
+    pub(crate) source_pdf: f32,
 }
 
 /// Least share of the light that compensated sampling must be left with.
@@ -53,13 +56,14 @@ impl EnvironmentTable {
         }
         let weights = if compensated { compensate(weights, total, |i| solid_angle(i / width)) } else { weights };
         let sum: f64 = weights.iter().sum();
+        let source_pdf = if sum < total { (total / (4.0 * PI) / sum) as f32 } else { f32::INFINITY };
         let texels = map
             .texels
             .iter()
             .enumerate()
             .map(|(i, t)| [t[0], t[1], t[2], (weights[i] / sum / solid_angle(i / width)) as f32])
             .collect();
-        Some(Self { texels, alias: alias_table(&weights), total })
+        Some(Self { texels, alias: alias_table(&weights), total, source_pdf })
     }
 }
 

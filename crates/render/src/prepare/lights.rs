@@ -53,8 +53,8 @@ pub(crate) struct PunctualLight {
     pub(crate) angle_offset: f32,
 }
 
-const KIND_PUNCTUAL: u32 = 1 << 30;
-const KIND_ENVIRONMENT: u32 = 2 << 30;
+pub(super) const KIND_PUNCTUAL: u32 = 1 << 30;
+pub(super) const KIND_ENVIRONMENT: u32 = 2 << 30;
 
 /// Fewer emissive triangles than these are chosen by the alias table.
 const LEAST_FOR_TREE: usize = 3;

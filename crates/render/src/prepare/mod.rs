@@ -3,6 +3,8 @@
 mod alias;
 mod attributes;
 mod blueprint;
+mod casters;
+mod caustics;
 mod environment;
 mod instances;
 mod light_tree;
@@ -25,6 +27,7 @@ use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 use self::{
     attributes::AttributeLayout,
     blueprint::Room,
+    caustics::Caustics,
     environment::EnvironmentTable,
     lights::{LightKinds, Lights},
     materials::{
@@ -33,6 +36,7 @@ use self::{
     },
     slots::Slot,
     textures::Textures,
+    unreachable::Eye,
 };
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
@@ -56,6 +60,8 @@ pub enum Integrator {
     /// Both, combined by multiple importance sampling.
     #[default]
     Mis,
+    /// The same, but that light which comes to scattering surfaces by mirrors and smooth glass is traced from the lights.
+    Caustics,
     /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse surfaces: biased.
     Whitted,
 }
@@ -159,6 +165,9 @@ pub struct Prepared {
     pub features: Features,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
+    /// Why no light is traced from the lights, where it was asked for ([`Integrator::Caustics`]).
+    pub no_caustics: Option<&'static str>,
+    pub(crate) caustics: Option<Caustics>,
     pub(crate) view: View,
     pub(crate) layout: AttributeLayout,
     pub(crate) attributes: Vec<u32>,
@@ -189,7 +198,8 @@ impl Prepared {
         // Trees and tables know nothing of each other, and are made side by side.
         let (accel, tables, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
-            let tables = Tables::new(scene, &used, settings.integrator == Integrator::Mis);
+            let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics);
+            let tables = Tables::new(scene, &used, compensated);
             let work = work(&tables.blueprint(scene, camera, settings, &used));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, work)
         });
@@ -209,20 +219,36 @@ impl Prepared {
         let factor = f64::from(view.environment[0]);
         let sky = sampled_sky(environment.as_ref(), settings, factor);
         let lights = Lights::new(scene, &accel, settings.integrator, sky);
-        // Without light sampling nothing is connected at all, which is told of the method.
-        let unreachable = match settings.integrator {
-            Integrator::Hemisphere(_) => Vec::new(),
-            _ => unreachable::find(scene, &accel, &lights.area, scene.environment.is_some()),
-        };
         view.light_density = lights.density;
         view.environment_probability = lights.environment_probability;
         view.light_count = lights.table.len() as u32;
 
+        let smooth: Vec<bool> =
+            (0..materials.len()).map(|i| used.contains(&i) && may_be_smooth(&materials[i])).collect();
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
         let mut features = decide(scene, camera, settings, &used_materials, lights.kinds(), environment.is_some());
         features.instances = !accel.instances.is_empty();
         features.nested = nested;
         features.volume |= nested;
+        let (caustics, no_caustics) = if settings.integrator == Integrator::Caustics {
+            let sky = environment.as_ref().map(|table| (table, factor));
+            match refusal(settings, &features) {
+                None => Caustics::new(scene, camera, &accel, &lights, sky, &smooth, features.volume),
+                Some(why) => Err(why),
+            }
+            .map_or_else(|why| (None, Some(why)), |caustics| (Some(caustics), None))
+        } else {
+            (None, None)
+        };
+        features.caustics = caustics.is_some();
+        // Without light sampling nothing is connected at all, which is told of the method.
+        let unreachable = match settings.integrator {
+            Integrator::Hemisphere(_) => Vec::new(),
+            _ => {
+                let eye = caustics.is_some().then(|| Eye::new(camera, &view));
+                unreachable::find(scene, &accel, &lights.area, scene.environment.is_some(), eye.as_ref())
+            }
+        };
         let layout = AttributeLayout::of(scene, &features);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
@@ -232,6 +258,8 @@ impl Prepared {
             accel,
             features,
             unreachable,
+            no_caustics,
+            caustics,
             view,
             layout,
             attributes,
@@ -244,19 +272,33 @@ impl Prepared {
         Ok((prepared, work))
     }
 
-    /// What the kernel is made from.
+    /// What the path kernel is made from.
     pub fn blueprint(&self) -> Blueprint {
-        Blueprint { features: self.features, constants: self.constants() }
+        let constants = path_constants(self.room, &self.layout, self.environment.as_ref());
+        Blueprint { features: self.features, constants }
     }
 
-    /// Constants that the kernel is specialised with.
+    /// Constants that kernels are specialised with.
     pub fn constants(&self) -> Vec<Constant> {
-        self.room.constants(&self.layout)
+        let mut constants = path_constants(self.room, &self.layout, self.environment.as_ref());
+        // The light tracing kernel's own.
+        let caustics = self.caustics.as_ref();
+        constants.push(Constant { name: "CASTERS", value: caustics.map_or(1, Caustics::count) });
+        constants.push(Constant { name: "EMITTERS", value: caustics.map_or(1, |c| c.table.len() as u32) });
+        constants
     }
 
     pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
         materials::write(&self.materials, layout)
     }
+}
+
+/// Constants that the path kernel is specialised with.
+fn path_constants(room: Room, layout: &AttributeLayout, environment: Option<&EnvironmentTable>) -> Vec<Constant> {
+    let mut constants = room.constants(layout);
+    let source_pdf = environment.map_or(f32::INFINITY, |table| table.source_pdf);
+    constants.push(Constant { name: "SOURCE_PDF", value: source_pdf.to_bits() });
+    constants
 }
 
 /// What is made of a scene without its trees.
@@ -301,7 +343,11 @@ impl Tables {
         features.instances = surelight_accel::expects_instances(scene, &settings.build);
         features.nested = self.nested;
         features.volume |= self.nested;
-        let constants = Room::likely(scene).constants(&AttributeLayout::of(scene, &features));
+        // Not so where nothing smooth can be seen, say, or the camera is inside glass.
+        let traced = settings.integrator == Integrator::Caustics && features.delta_lobes && features.light_sampling;
+        features.caustics = traced && refusal(settings, &features).is_none();
+        let layout = AttributeLayout::of(scene, &features);
+        let constants = path_constants(Room::likely(scene), &layout, self.environment.as_ref());
         Blueprint { features, constants }
     }
 }
@@ -376,6 +422,27 @@ fn decide(
     };
     Slot::ALL.into_iter().filter(|&slot| texture(slot)).for_each(|slot| slot.enable(&mut features));
     features
+}
+
+/// Why light cannot be traced from the lights, whatever the scene holds.
+fn refusal(settings: &Settings, features: &Features) -> Option<&'static str> {
+    if settings.receiver {
+        Some("a receiver is measured, which is no camera")
+    } else if features.nested {
+        Some("volumes overlap")
+    } else if settings.max_bounces.is_some_and(|most| most < 2) {
+        Some("paths are too short for it")
+    } else {
+        None
+    }
+}
+
+/// Whether some surface of a scene may be so smooth that [`Integrator::Caustics`] differs from [`Integrator::Mis`].
+pub fn may_have_caustics(scene: &Scene) -> bool {
+    let mut textures = Textures::default();
+    let smooth = |m: &surelight_scene::Material| may_be_smooth(&PreparedMaterial::new(scene, m, &mut textures));
+    let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
+    used.into_iter().map(|i| &scene.materials[i]).any(smooth)
 }
 
 /// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.

@@ -6,6 +6,9 @@
 //! behind glass on all sides is met by chance: the picture is right in the limit, and its error bars are not to be believed
 //! before chance has done its work.
 //!
+//! Where light is traced from the lights (`Integrator::Caustics`), it reaches what the camera sees directly; what is missing or met by chance
+//! alone is light that comes so and is then seen by a mirror or through glass.
+//!
 //! How much that is, is found by rays from the light, on the host: the share of them whose first hit is a mirror or smooth glass,
 //! weighted by how much of the light goes on from there without being scattered. Materials are judged by their factors: what
 //! textures take away is not looked up. 4,096 rays of a low-discrepancy set know a share to some 0.1 %.
@@ -15,10 +18,11 @@ use std::fmt::{self, Display};
 
 use glam::{DVec2, DVec3, Vec3};
 use surelight_accel::{Accel, Ray};
-use surelight_scene::{AlphaMode, Light, LightKind, Material, Scene};
+use surelight_scene::{AlphaMode, Camera, Light, LightKind, Material, Projection, Scene};
 
 use super::lights::AreaLight;
 use super::materials::{has_facets, is_coated};
+use super::view::View;
 
 /// Rays from a light without extent, and from all emitters together.
 const RAYS: u32 = 4096;
@@ -43,6 +47,13 @@ pub enum Unreachable {
         /// Share of what they send onto surfaces.
         share: f64,
     },
+    /// Lights without extent, where light is traced from them: what is missing is their caustics in mirrors and behind glass.
+    SeenBehind {
+        /// Names of the lights, or their numbers in the scene.
+        lights: Vec<String>,
+        /// Share of the picture that shows mirrors and glass.
+        share: f64,
+    },
     /// Emitters behind glass: their light is found by chance.
     ByChance {
         /// Share of the light of all emitters.
@@ -53,7 +64,7 @@ pub enum Unreachable {
 impl Unreachable {
     /// Whether the expected picture lacks something.
     pub fn is_bias(&self) -> bool {
-        matches!(self, Self::Missing { .. })
+        matches!(self, Self::Missing { .. } | Self::SeenBehind { .. })
     }
 }
 
@@ -61,15 +72,21 @@ impl Display for Unreachable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing { lights, share } => {
-                let names = lights.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
-                let more = if lights.len() > 3 { format!(" and {} more", lights.len() - 3) } else { String::new() };
                 write!(
                     f,
-                    "unreachable: {} of the light of {names}{more} goes through smooth glass or by mirrors, where no path finds a light \
+                    "unreachable: {} of the light of {} goes through smooth glass or by mirrors, where no path finds a light \
                      without extent, and is missing",
-                    Percent(*share)
+                    Percent(*share),
+                    Names(lights)
                 )
             }
+            Self::SeenBehind { lights, share } => write!(
+                f,
+                "unreachable: light of {} that goes through smooth glass or by mirrors is missing where it is seen through glass or in mirrors again, \
+                 which are {} of the picture",
+                Names(lights),
+                Percent(*share)
+            ),
             Self::ByChance { share } => write!(
                 f,
                 "{} of the light of all emitters goes through smooth glass or by mirrors first, where it is found by chance alone: expect \
@@ -77,6 +94,17 @@ impl Display for Unreachable {
                 Percent(*share)
             ),
         }
+    }
+}
+
+/// The first few of some names.
+struct Names<'a>(&'a [String]);
+
+impl Display for Names<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let more = self.0.len().saturating_sub(3);
+        f.write_str(&self.0[..self.0.len() - more].join(", "))?;
+        if more > 0 { write!(f, " and {more} more") } else { Ok(()) }
     }
 }
 
@@ -88,8 +116,15 @@ impl Display for Percent {
     }
 }
 
-/// Looks at every light of the scene; nothing where no surface is smooth. `area`: the emitting triangles, in camera space.
-pub(super) fn find(scene: &Scene, accel: &Accel, area: &[AreaLight], environment: bool) -> Vec<Unreachable> {
+/// Looks at every light of the scene; nothing where no surface is smooth. `area`: the emitting triangles, in camera space; `eye`: the
+/// camera's, where light is traced from the lights.
+pub(super) fn find(
+    scene: &Scene,
+    accel: &Accel,
+    area: &[AreaLight],
+    environment: bool,
+    eye: Option<&Eye>,
+) -> Vec<Unreachable> {
     let specular: Vec<f64> = scene.materials.iter().map(specular_share).collect();
     let used = |i: usize| scene.instances.iter().any(|placed| scene.meshes[placed.mesh].material == i);
     if !(0..specular.len()).any(|i| specular[i] > 0.0 && used(i)) {
@@ -107,6 +142,14 @@ pub(super) fn find(scene: &Scene, accel: &Accel, area: &[AreaLight], environment
         let power = super::luminance(light.intensity);
         missing += power * specular;
         all += power * met;
+    }
+    if let Some(eye) = eye {
+        let share = walk.seen(eye);
+        if !lights.is_empty() && share >= LEAST_SHARE {
+            found.push(Unreachable::SeenBehind { lights, share });
+        }
+        // Pixels that are met by chance are not certified; the picture as a whole is not chance's.
+        return found;
     }
     if !lights.is_empty() {
         found.push(Unreachable::Missing { lights, share: missing / all });
@@ -149,6 +192,24 @@ fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     axis * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
 }
 
+/// Rays of the picture's middle, right and upper edge, camera space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Eye {
+    origin: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    orthographic: bool,
+}
+
+impl Eye {
+    pub(super) fn new(camera: &Camera, view: &View) -> Self {
+        let [origin, forward, right, up] =
+            [view.origin, view.forward, view.right, view.up].map(|v| Vec3::from(v).as_dvec3());
+        Self { origin, forward, right, up, orthographic: matches!(camera.projection, Projection::Orthographic { .. }) }
+    }
+}
+
 struct Walk<'a> {
     scene: &'a Scene,
     accel: &'a Accel,
@@ -170,6 +231,20 @@ impl Walk<'_> {
             ray.t_min = hit.t * (1.0 + 1e-5);
         }
         None
+    }
+
+    /// Of the picture, the share that shows what goes on without being scattered.
+    fn seen(&self, eye: &Eye) -> f64 {
+        let share = |i: u32| {
+            let u = point(i, RAYS) * 2.0 - 1.0;
+            let across = eye.right * u.x + eye.up * u.y;
+            if eye.orthographic {
+                self.first(eye.origin + across, eye.forward)
+            } else {
+                self.first(eye.origin, (eye.forward + across).normalize())
+            }
+        };
+        (0..RAYS).filter_map(share).sum::<f64>() / f64::from(RAYS)
     }
 
     /// Of a light's rays, the share that goes on without being scattered, and the share that meets anything.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args};
 
-use crate::method::MethodArgs;
+use crate::method::{Integrator, MethodArgs};
 use crate::options::{CameraArgs, FileArgs, LightArgs};
 use crate::parse::{self as value, Bounces, Selector, Size};
 
@@ -109,6 +109,10 @@ impl MeasureArgs {
             None if view => {
                 Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")
             }
+            _ if self.method.integrator == Integrator::Caustics => Some(
+                "the value 'caustics' of '--integrator' is for pictures: their pixels share light paths, and what is measured has an error bar of \
+                 pixels that do not",
+            ),
             _ => self.method.conflict_without_trial(),
         }
     }

@@ -55,6 +55,11 @@ impl Loaded {
         if broken > 0 {
             self.warnings.push(format!("triangles with corners that are not finite were left out: {broken}"));
         }
+        if let Some(why) = prepared.no_caustics {
+            self.warnings.push(format!(
+                "no light is traced from the lights, since {why}: the picture is that of --integrator mis"
+            ));
+        }
         for light in &prepared.unreachable {
             if light.is_bias() {
                 self.missing.push(light.to_string());

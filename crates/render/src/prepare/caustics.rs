@@ -1,0 +1,174 @@
+//! What particles from the lights need: where they are sent, from which light, and whether they can be sent at all.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use surelight_accel::{Accel, Ray};
+use surelight_scene::{Camera, LightKind, Projection, Scene};
+
+use super::{
+    alias::alias_table,
+    casters::{self, Ball},
+    environment::EnvironmentTable,
+    lights::{KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
+    luminance,
+    materials::transmits,
+};
+
+/// Where particles go, and how their light is added up.
+pub(crate) struct Caustics {
+    /// As centres and radii, camera space; the last is the ball around the whole scene.
+    pub(crate) casters: Vec<[f32; 4]>,
+    /// Lights, by about how much each sends to the casters.
+    pub(crate) table: Vec<LightEntry>,
+    /// What a particle of the usual flux brings to a pixel's sample at the casters' distance.
+    pub(crate) usual: f64,
+}
+
+/// Surfaces that a ray from a point may pass before it is given up.
+const MOST_PASSED: u32 = 64;
+
+impl Caustics {
+    /// What is needed, or the reason why particles are of no use.
+    ///
+    /// `smooth`: by material, whether it may scatter by a delta. `volume`: whether some medium absorbs.
+    pub(crate) fn new(
+        scene: &Scene,
+        camera: &Camera,
+        accel: &Accel,
+        lights: &Lights,
+        environment: Option<(&EnvironmentTable, f64)>,
+        smooth: &[bool],
+        volume: bool,
+    ) -> Result<Self, &'static str> {
+        let balls = casters::cover(casters::triangles(scene, accel.origin, smooth));
+        if balls.is_empty() {
+            return Err("no surface is smooth glass or a mirror");
+        }
+        if volume && in_medium(scene, accel) {
+            return Err("the camera is inside an absorbing medium");
+        }
+        let mut powers = Vec::new();
+        let mut which = Vec::new();
+        for (i, light) in lights.area.iter().enumerate() {
+            powers.push(area_power(scene, light, &balls));
+            which.push(i as u32);
+        }
+        for (i, light) in scene_lights(scene).enumerate() {
+            powers.push(punctual_power(light, accel.origin, &balls));
+            which.push(KIND_PUNCTUAL | i as u32);
+        }
+        let discs: f64 = balls.iter().map(|b| PI * b.radius * b.radius).sum();
+        if let Some((table, factor)) = environment.filter(|(table, _)| table.source_pdf.is_finite()) {
+            powers.push(table.total * factor * discs);
+            which.push(KIND_ENVIRONMENT);
+        }
+        let total: f64 = powers.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return Err("there is no light that particles could be sent from");
+        }
+        let slots = alias_table(&powers);
+        let entry = |i: usize| LightEntry {
+            threshold: slots[i].threshold,
+            alias_entry: slots[i].alias,
+            probability: (powers[i] / total) as f32,
+            light: which[i],
+        };
+        let table = (0..powers.len()).map(entry).collect();
+        let (low, high) = (accel.bounds.lo.as_dvec3(), accel.bounds.hi.as_dvec3());
+        let whole = Ball { center: (low + high) * 0.5, radius: 0.5 * (high - low).length() };
+        let record = |b: &Ball| [b.center.x as f32, b.center.y as f32, b.center.z as f32, b.radius as f32];
+        let usual = total / spread(camera, &balls);
+        Ok(Self { casters: balls.iter().chain([&whole]).map(record).collect(), table, usual })
+    }
+
+    /// Casters, without the ball around the scene.
+    pub(crate) fn count(&self) -> u32 {
+        self.casters.len() as u32 - 1
+    }
+}
+
+/// Lights without extent that shine, in the order of their records.
+fn scene_lights(scene: &Scene) -> impl Iterator<Item = &surelight_scene::Light> {
+    scene.lights.iter().filter(|light| luminance(light.intensity) > 0.0)
+}
+
+/// Area that the picture stands for at the distance of the casters, m².
+fn spread(camera: &Camera, balls: &[Ball]) -> f64 {
+    match camera.projection {
+        Projection::Orthographic { xmag, ymag } => 4.0 * xmag * ymag,
+        Projection::Perspective { yfov, .. } => {
+            // The middle, on a logarithmic scale, between the nearest and the farthest; the shape of the picture hardly matters.
+            let distances = || balls.iter().map(|b| b.center.length().max(b.radius));
+            let (near, far) = (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
+            4.0 * (0.5 * yfov).tan().powi(2) * near * far
+        }
+    }
+}
+
+/// 1 − cos of the cone in which a ball is seen; 2 from within.
+fn cone_height(ball: &Ball, from: DVec3) -> f64 {
+    let s2 = ball.radius * ball.radius / (ball.center - from).length_squared();
+    if s2 < 1.0 { s2 / (1.0 + (1.0 - s2).sqrt()) } else { 2.0 }
+}
+
+/// About the flux from a triangle to the casters.
+fn area_power(scene: &Scene, light: &super::AreaLight, balls: &[Ball]) -> f64 {
+    let [a, e1, e2] = [light.v0, light.e1, light.e2].map(|v| Vec3::from(v).as_dvec3());
+    let across = e1.cross(e2);
+    // Not the light's weight: half of that goes to each emitter alike.
+    let material = &scene.materials[light.material as usize];
+    let (double_sided, sides) = (material.double_sided, if material.double_sided { 2.0 } else { 1.0 });
+    if light.weight <= 0.0 {
+        return 0.0;
+    }
+    let middle = a + (e1 + e2) / 3.0;
+    let Some(normal) = across.try_normalize() else { return 0.0 };
+    let shines = |b: &&Ball| double_sided || (b.center - middle).dot(normal) > -b.radius - e1.length() - e2.length();
+    let heights: f64 = balls.iter().filter(shines).map(|b| cone_height(b, middle)).sum();
+    // A texture may leave less of it; any positive share will do.
+    luminance(material.emissive).max(1e-30) * sides * 0.5 * across.length() * PI * heights.min(1.0)
+}
+
+/// About the flux from a light without extent to the casters.
+fn punctual_power(light: &surelight_scene::Light, origin: DVec3, balls: &[Ball]) -> f64 {
+    let brightness = luminance(light.intensity);
+    let heights = |position: DVec3, most: f64| -> f64 {
+        2.0 * PI * balls.iter().map(|b| cone_height(b, position - origin)).sum::<f64>().min(most)
+    };
+    match light.kind {
+        LightKind::Point { position } => brightness * heights(position, 2.0),
+        LightKind::Spot { position, outer, .. } => brightness * heights(position, 1.0 - f64::from(outer).cos()),
+        LightKind::Directional { .. } => brightness * balls.iter().map(|b| PI * b.radius * b.radius).sum::<f64>(),
+    }
+}
+
+/// Whether the camera stands inside a medium: whether the first surface of one, on most of three rays, is met from within.
+fn in_medium(scene: &Scene, accel: &Accel) -> bool {
+    let directions = [Vec3::new(0.61, 0.53, 0.59), Vec3::new(-0.57, 0.49, -0.66), Vec3::new(0.31, -0.81, -0.5)];
+    directions.into_iter().filter(|&d| starts_inside(scene, accel, d.normalize())).count() >= 2
+}
+
+fn starts_inside(scene: &Scene, accel: &Accel, direction: Vec3) -> bool {
+    let mut ray = Ray::new(Vec3::ZERO, direction);
+    for _ in 0..MOST_PASSED {
+        let Some(hit) = accel.intersect(&ray) else { return false };
+        let source = &accel.triangles[hit.prim as usize];
+        let mesh = &scene.meshes[source.mesh as usize];
+        let material = &scene.materials[mesh.material];
+        if material.volume.is_some() && transmits(material) {
+            let placed = match accel.instances.get(hit.instance as usize) {
+                Some(record) => record.scene_instance,
+                None => source.instance,
+            };
+            let to_world = scene.instances[placed as usize].to_world;
+            let [a, b, c] = source.corners.map(|i| to_world.transform_point3(mesh.positions[i as usize].as_dvec3()));
+            // Corners of copies are in the order of the world already.
+            let mirrored = source.instance == u32::MAX && to_world.matrix3.determinant() < 0.0;
+            let normal = (b - a).cross(c - a) * if mirrored { -1.0 } else { 1.0 };
+            return normal.dot(direction.as_dvec3()) > 0.0;
+        }
+        ray.t_min = hit.t * (1.0 + 1e-5);
+    }
+    false
+}
