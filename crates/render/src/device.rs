@@ -47,6 +47,7 @@ pub struct Device {
     /// What it is.
     pub info: AdapterInfo,
     pub(crate) limits: wgpu::Limits,
+    images: bool,
     lost: Arc<Mutex<Option<String>>>,
 }
 
@@ -130,12 +131,22 @@ impl Device {
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(error.to_string());
         }));
-        Ok(Self { device, queue, info, limits, lost })
+        // CPU drivers are several times faster at it.
+        let images = info.is_cpu && limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS;
+        Ok(Self { device, queue, info, limits, images, lost })
     }
 
-    /// Whether kernels read the scene from images rather than from buffers: CPU drivers are several times faster at it.
-    pub(crate) fn reads_images(&self) -> bool {
-        self.info.is_cpu && self.limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS
+    /// Chooses where kernels read the scene from: images or buffers. Pictures are the same; it is for measurements. Images are only chosen
+    /// where a kernel can have enough of them.
+    #[must_use]
+    pub fn with_images(self, images: bool) -> Self {
+        let images = images && self.limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS;
+        Self { images, ..self }
+    }
+
+    /// Whether kernels read the scene from images rather than from buffers.
+    pub fn reads_images(&self) -> bool {
+        self.images
     }
 
     /// Runs `work` inside error scopes and turns what they catch into a [`RenderError::Device`].

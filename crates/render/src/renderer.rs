@@ -105,6 +105,7 @@ pub struct Renderer<'a> {
     pub(crate) threads: u32,
     most_lanes: u32,
     budget: u32,
+    dispatch: [Duration; 2],
     walks: u32,
     most_batches: u32,
     /// What has been done so far.
@@ -213,6 +214,7 @@ impl<'a> Renderer<'a> {
             threads,
             most_lanes,
             budget: 512,
+            dispatch: [SHORTEST_DISPATCH, LONGEST_DISPATCH],
             walks: 1,
             most_batches,
             counts: Counts::default(),
@@ -251,6 +253,12 @@ impl<'a> Renderer<'a> {
     /// costs more is the walk's.
     pub fn set_walks(&mut self, walks: u32) {
         self.walks = walks.max(1);
+    }
+
+    /// How long a dispatch should last, at least and at most, as far as the work left and the limit on a lane's iterations let it. Pictures stay the
+    /// same; it is for measurements.
+    pub fn set_dispatch(&mut self, least: Duration, most: Duration) {
+        self.dispatch = [least, most];
     }
 
     /// Most batches that one call of [`Self::trace`] can hold.
@@ -331,9 +339,10 @@ impl<'a> Renderer<'a> {
             self.counts.dropped += u64::from(report.dropped);
             self.counts.truncated += u64::from(report.truncated);
             restart = 0;
-            if seconds < SHORTEST_DISPATCH && report.unfinished > 0 {
+            let [shortest, longest] = self.dispatch;
+            if seconds < shortest && report.unfinished > 0 {
                 self.budget = (2 * budget).min(MOST_BUDGET);
-            } else if seconds > LONGEST_DISPATCH {
+            } else if seconds > longest {
                 self.budget = (budget / 2).max(LEAST_BUDGET);
             }
             if !observer(&self.counts) {

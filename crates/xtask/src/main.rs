@@ -3,6 +3,7 @@
 mod assets;
 mod benchmarks;
 mod contact_sheet;
+mod gpu;
 mod mutate;
 mod references;
 mod sky;
@@ -20,6 +21,8 @@ Commands:
                   a small picture of every glTF file below a folder, beside the published ones
   benchmarks [--surelight BINARY] [--time TIME]
                   race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
+  gpu -o FOLDER [SCENE]...
+                  pack benches, tests and scenes for a machine with a GPU; there: FOLDER/gpu.sh OUT
   references DIR --surelight BINARY
                   render the scenes of a folder and test them against its references
   mutate [CASE]...
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         ["assets", "--check"] => assets::check(&repository().join("assets")),
         ["contact-sheet", ref rest @ ..] => contact_sheet::run(rest),
         ["benchmarks", ref rest @ ..] => benchmarks::run(&repository(), rest),
+        ["gpu", ref rest @ ..] => gpu::run(&repository(), rest),
         ["references", ref rest @ ..] => references::run(rest),
         ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
         ["help" | "--help" | "-h"] => {
