@@ -222,7 +222,9 @@ fn ball() -> Shape {
 fn as_by_chance() {
     const OF: usize = 5;
     let tint = Volume { attenuation_distance: 0.3, attenuation_color: [0.3, 0.6, 0.8] };
-    let curved = table(ball(), true, glass(tint));
+    let mut curved = table(ball(), true, glass(tint));
+    // Another between it and the lamp: one is in the other's cone.
+    place(&mut curved, Shape::icosphere(2).placed(0.12, DVec3::new(-0.6, 1.14, 0.24)), glass(tint));
     assert_equal("tinted glass by shading normals", &curved, |_| {}, [256, 512], 0.02, OF);
 
     let coat = Clearcoat { factor: 1.0, roughness: 0.0, ..Clearcoat::default() };
@@ -252,8 +254,23 @@ fn as_by_chance() {
         alpha_mode: AlphaMode::Blend,
         ..Material::default()
     };
-    let mirrors = table(Shape::panel(DVec3::new(0.2, 0.5, -0.5), DVec3::new(0.0, 0.0, 0.5), 0.4, 0.4), false, blend);
-    assert_equal("a mirror that is half there", &mirrors, |s| s.max_bounces = Some(3), [256, 256], 0.02, OF);
+    let panel = Shape::panel(DVec3::new(0.2, 0.5, -0.5), DVec3::new(0.0, 0.0, 0.5), 0.4, 0.4);
+    let mut mirrors = table(panel, true, blend);
+    // Shading normals that lean, of the mirror and of what it lights: flux is not what a picture of flat surfaces would have.
+    for (mesh, lean) in [(0, DVec3::new(-0.3, 0.0, 0.2)), (1, DVec3::new(0.25, 0.15, 0.0))] {
+        let mesh = &mut mirrors.meshes[mesh];
+        let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize].as_dvec3());
+        let normal = ((b - a).cross(c - a).normalize() + lean).normalize().as_vec3();
+        mesh.normals = Some(vec![normal; mesh.positions.len()]);
+    }
+    assert_equal(
+        "a mirror that is half there, and normals that lean",
+        &mirrors,
+        |s| s.max_bounces = Some(3),
+        [256, 256],
+        0.02,
+        OF,
+    );
 
     // A sun of a few texels in a dim sky, through a thin pane over a box.
     let thin = Material { volume: None, ..glass(clear()) };

@@ -9,7 +9,7 @@ use surelight_scene::procedural::{
     shapes::Shape,
     torture::{light, sampling},
 };
-use surelight_scene::{Camera, Instance, Light, LightKind, Material, Projection, Scene};
+use surelight_scene::{Camera, Instance, Light, LightKind, Material, Projection, Scene, Volume};
 
 use super::{Case, SIDE, Truth};
 
@@ -51,34 +51,35 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "bulb-in-glass",
         title: "A lamp in a globe of glass",
-        build: || globe(Some(0.03)),
+        build: || globe(0.03),
         truth: || Truth::Long(Integrator::Caustics, 4),
         samples: 64,
         exposure: 3.0,
-        why: "Every unbiased estimator here is blind: a smooth interface bends what it is given and nothing else, so no point on the lamp \
-              can be connected with the floor. What is left is chance, in all columns alike. That light comes by chance alone is found \
-              before the first sample, by rays from the lamp, and told; the pixels are not certified. Whitted leaves such light out.",
+        why: "From the camera every unbiased estimator is blind: a smooth interface bends what it is given and nothing else, so no point on \
+              the lamp can be connected with the floor. What is left is chance, in three columns alike. That light comes by chance alone is \
+              found before the first sample, by rays from the lamp, and told; the pixels are not certified. Whitted leaves such light out. \
+              Traced from the lamp, all of it comes to the floor, which the camera sees.",
     },
     Case {
         name: "point-in-glass",
         title: "A point light in a globe of glass",
-        build: || globe(None),
-        truth: || Truth::Other(|| globe(Some(0.12)), Integrator::Mis, 4),
-        samples: 16,
-        exposure: 0.0,
+        build: point,
+        truth: || Truth::Mean(point_mean()),
+        samples: 64,
+        exposure: 3.0,
         why: "The same with a light that has no extent. Chance has nothing to meet: the probability is zero, and so is the picture, with an \
               error bar of zero. Only the look from the light can tell: all of its rays meet smooth glass first. The picture's metadata and \
-              the summary list the light as unreachable.",
+              the summary list the light as unreachable. Particles from the light do not mind.",
     },
     Case {
         name: "point-on-mirror",
         title: "A point light by a mirror",
         build: mirror,
         truth: || Truth::Mean(mirror_mean()),
-        samples: 16,
+        samples: 256,
         exposure: 0.0,
         why: "A wall that a point light reaches by a mirror alone, a screen standing in the direct way. The closed form is that of the \
-              light's mirror image. No estimator finds it, all say so. (A photon map would; so would paths that are solved for.)",
+              light's mirror image. No path from the camera finds it, and all estimators that know no others say so.",
     },
     Case {
         name: "interreflection",
@@ -105,12 +106,13 @@ pub(super) const CASES: &[Case] = &[
         name: "caustics",
         title: "Caustics",
         build: glass::glass,
-        truth: || Truth::Long(Integrator::Mis, 8),
+        truth: || Truth::Long(Integrator::Caustics, 8),
         samples: 64,
         exposure: 0.0,
         why: "Glass beside a lamp in the open: most light is connected, and what goes through glass is met by chance, seldom and bright. \
               These are the fireflies. They are not clamped, since that would be a bias; the pixels that have them, and their neighbours that have \
-              been spared so far, are not certified.",
+              been spared so far, are not certified. Traced from the lamp, the floor is clean; what is left to chance is the caustics that are \
+              seen through the glass again.",
     },
     Case {
         name: "deep-paths",
@@ -166,11 +168,51 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     }
 }
 
-/// The globe of the torture list, its light's radius in metres; the camera looks past it at the floor.
-fn globe(radius: Option<f64>) -> Scene {
-    let mut scene = light::sds(radius);
-    scene.cameras[0] = camera(DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9), 30.0);
+/// From where the floor beside a globe is seen, and to where.
+const FLOOR_VIEW: [DVec3; 2] = [DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9)];
+
+/// The globe of the torture list about a bulb; the camera looks past it at the floor.
+fn globe(radius: f64) -> Scene {
+    let mut scene = light::sds(Some(radius));
+    scene.cameras[0] = camera(FLOOR_VIEW[0], FLOOR_VIEW[1], 30.0);
     scene
+}
+
+/// A point of 40 cd in the middle of a smooth globe: its rays are the globe's radii, and stay so.
+fn point() -> Scene {
+    let mut scene = Scene::default();
+    // Dark, so that what comes back from the globe does not count.
+    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 20.0, DVec3::NEG_Z * 20.0), lambert(0.02));
+    let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
+    let glass =
+        Material { metallic: 0.0, transmission: 1.0, roughness: 0.0, volume: Some(volume), ..material("globe") };
+    scene.materials.push(glass);
+    scene.meshes.push(Shape::icosphere(4).placed(0.4, DVec3::Y).into_mesh("", 1, false));
+    scene.instances.push(Instance { mesh: 1, to_world: DAffine3::IDENTITY });
+    scene.lights.push(Light {
+        name: "bulb".into(),
+        kind: LightKind::Point { position: DVec3::Y },
+        intensity: [40.0; 3],
+    });
+    scene.cameras.push(camera(FLOOR_VIEW[0], FLOOR_VIEW[1], 30.0));
+    scene
+}
+
+/// ρ/π·I·cosθ/r² over the picture: what the globe reflects comes out on its other side.
+fn point_mean() -> f64 {
+    const GRID: u32 = 256;
+    let [eye, target] = FLOOR_VIEW;
+    let z = (eye - target).normalize();
+    let x = DVec3::Y.cross(z).normalize();
+    let y = z.cross(x);
+    let half = 15f64.to_radians().tan();
+    let at = |k: u32| ((f64::from(k) + 0.5) / f64::from(GRID) * 2.0 - 1.0) * half;
+    let points = (0..GRID * GRID).map(|k| {
+        let direction = x * at(k % GRID) + y * at(k / GRID) - z;
+        let p = eye - direction * (eye.y / direction.y);
+        0.02 / PI * 40.0 / (p.x * p.x + p.z * p.z + 1.0).powf(1.5)
+    });
+    points.sum::<f64>() / f64::from(GRID * GRID)
 }
 
 /// A plate of metal before a wall that shines.
@@ -206,7 +248,7 @@ fn contact_truth() -> Truth {
 fn mirror() -> Scene {
     let mut scene = Scene::default();
     let smooth = Material { roughness: 0.0, ..material("mirror") };
-    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), smooth);
+    add(&mut scene, Shape::parallelogram(DVec3::new(0.0, 0.0, -0.65), DVec3::X * 0.25, DVec3::NEG_Z * 0.25), smooth);
     add(&mut scene, Shape::parallelogram(DVec3::new(0.0, 0.5, -1.0), DVec3::X * 0.15, DVec3::Y * 0.15), lambert(0.5));
     add(&mut scene, Shape::parallelogram(DVec3::new(0.0, 0.975, -0.3), DVec3::X * 0.5, DVec3::Y * 0.325), lambert(0.0));
     let kind = LightKind::Point { position: DVec3::Y };

@@ -48,8 +48,6 @@ enum Truth {
     Mean(f64),
     /// The mean of this method's picture with so many times the samples.
     Long(Integrator, u32),
-    /// What another scene shows in the same view, by this method with so many times the samples.
-    Other(fn() -> Scene, Integrator, u32),
 }
 
 /// A row: a scene with one difficulty.
@@ -193,13 +191,12 @@ fn pooled(film: &Film) -> Estimate {
 impl Row {
     fn measure(device: &Device, case: &'static Case, number: u32) -> Result<Self, BenchError> {
         let scene = (case.build)();
-        let long = |scene: &Scene, integrator, times: u32| {
-            picture(device, scene, integrator, times * case.samples, 1000 + number).map(|p| p.mean)
+        let long = |integrator, times: u32| {
+            picture(device, &scene, integrator, times * case.samples, 1000 + number).map(|p| p.mean)
         };
         let truth = match (case.truth)() {
             Truth::Mean(mean) => Estimate::exact(mean),
-            Truth::Long(integrator, times) => long(&scene, integrator, times)?,
-            Truth::Other(build, integrator, times) => long(&build(), integrator, times)?,
+            Truth::Long(integrator, times) => long(integrator, times)?,
         };
         let mut pictures = Vec::new();
         for (k, (_, integrator)) in (0..).zip(METHODS) {

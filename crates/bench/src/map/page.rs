@@ -16,7 +16,7 @@ const GAP: usize = 6;
 const HEAD: &str = "\
 # Where each method fails
 
-A method that fails and says so is worth more than one that fails quietly. This page puts the estimators of the lecture, and Whitted's, to scenes that are built
+A method that fails and says so is worth more than one that fails quietly. This page puts the estimators of the lecture, one that traces caustics from the lights, and Whitted's, to scenes that are built
 around one difficulty each. All have the same number of samples. The truth is a closed form where there is one, and a render with far more samples of the method
 that is best there where there is none.
 
@@ -30,7 +30,8 @@ that is best there where there is none.
 
 What the estimators are good for, in a sentence each: the **hemisphere form** where light is everywhere, or where the surface knows better than the light (gloss, contact,
 deep rooms); the **area form** where lights are small and surfaces rough; **both joined** wherever either is, at the price of a shadow ray that is wasted now and then;
-**Whitted's** tree for what it was made for, points, mirrors and hard shadows, and for nothing that is soft. None of them for light that only comes through glass.
+**caustics** where light comes through smooth glass or by mirrors to what the camera sees: it is *both joined* everywhere else;
+**Whitted's** tree for what it was made for, points, mirrors and hard shadows, and for nothing that is soft.
 ";
 
 /// Writes `failure-map.md` into a folder, and its pictures below it.
