@@ -78,6 +78,8 @@ pub fn set(wanted: &[&str]) -> Option<Features> {
     if features.hemisphere {
         UNSAMPLED.iter().for_each(|name| assert!(features.set(name, false), "no feature is called {name}"));
     }
+    // Whitted's few shadow rays need no tree.
+    features.light_tree &= !features.whitted;
     let on = |name: &str| features.list().iter().any(|&(n, on, _)| n == name && on);
     ALTERNATIVES.iter().all(|group| group.iter().filter(|name| on(name)).count() <= 1).then_some(features)
 }

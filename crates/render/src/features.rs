@@ -110,7 +110,7 @@ features! {
     light_sampling,
     /// Emissive triangles can be sampled.
     area_lights,
-    /// Emissive triangles are so many that a tree chooses among them.
+    /// There are several area lights: a tree chooses among them.
     light_tree,
     /// Point, spot or directional lights.
     punctual_lights,

@@ -75,7 +75,7 @@ pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
         ("BatchSum", layout!(BatchSum { sum, tail })),
         ("Feature", layout!(FeaturePixel { albedo, depth, normal, unused })),
         ("LightEntry", layout!(LightEntry { threshold, alias_entry, probability, light })),
-        ("AreaLight", layout!(AreaLight { v0, prim, e1, material, e2, weight })),
+        ("AreaLight", layout!(AreaLight { v0, prim, e1, shape, e2, weight })),
         ("LightNode", layout!(LightNode { center, variance, normal_xy, normal_z, power, link })),
         ("LightPath", layout!(LightPath { trail, inverse_area, unused })),
         ("PunctualLight", layout!(PunctualLight { position, kind, intensity, angle_scale, direction, angle_offset })),

@@ -112,22 +112,22 @@ fn cone_height(ball: &Ball, from: DVec3) -> f64 {
     if s2 < 1.0 { s2 / (1.0 + (1.0 - s2).sqrt()) } else { 2.0 }
 }
 
-/// About the flux from a triangle to the casters.
+/// About the flux from an area light to the casters.
 fn area_power(scene: &Scene, light: &super::AreaLight, balls: &[Ball]) -> f64 {
     let [a, e1, e2] = [light.v0, light.e1, light.e2].map(|v| Vec3::from(v).as_dvec3());
     let across = e1.cross(e2);
     // Not the light's weight: half of that goes to each emitter alike.
-    let material = &scene.materials[light.material as usize];
+    let material = &scene.materials[light.material()];
     let (double_sided, sides) = (material.double_sided, if material.double_sided { 2.0 } else { 1.0 });
     if light.weight <= 0.0 {
         return 0.0;
     }
-    let middle = a + (e1 + e2) / 3.0;
+    let middle = a + (e1 + e2) * if light.is_parallelogram() { 0.5 } else { 1.0 / 3.0 };
     let Some(normal) = across.try_normalize() else { return 0.0 };
     let shines = |b: &&Ball| double_sided || (b.center - middle).dot(normal) > -b.radius - e1.length() - e2.length();
     let heights: f64 = balls.iter().filter(shines).map(|b| cone_height(b, middle)).sum();
     // A texture may leave less of it; any positive share will do.
-    luminance(material.emissive).max(1e-30) * sides * 0.5 * across.length() * PI * heights.min(1.0)
+    luminance(material.emissive).max(1e-30) * sides * light.area() * PI * heights.min(1.0)
 }
 
 /// About the flux from a light without extent to the casters.

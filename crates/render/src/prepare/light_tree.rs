@@ -27,6 +27,8 @@ const LEAF: u32 = 1 << 31;
 pub(crate) struct TreeLight {
     /// World, relative to the scene's origin.
     pub(crate) corners: [DVec3; 3],
+    /// With a fourth corner opposite the first; else a triangle.
+    pub(crate) parallelogram: bool,
     /// Unit; none where both sides shine.
     pub(crate) normal: Option<DVec3>,
     /// Watts, or anything in proportion; at least 0. A light without power is never chosen.
@@ -85,7 +87,8 @@ impl LightTree {
 impl TreeLight {
     fn inverse_area(&self) -> f32 {
         let [a, b, c] = self.corners;
-        (2.0 / (b - a).cross(c - a).length()).min(f64::from(f32::MAX)) as f32
+        let corners = if self.parallelogram { 1.0 } else { 2.0 };
+        (corners / (b - a).cross(c - a).length()).min(f64::from(f32::MAX)) as f32
     }
 }
 
@@ -100,8 +103,12 @@ struct Item {
 impl Item {
     fn new(light: u32, of: &TreeLight, power: f64) -> Self {
         let [a, b, c] = of.corners;
-        let center = (a + b + c) / 3.0;
-        let spread = [a, b, c].iter().map(|p| (p - center).length_squared()).sum::<f64>() / 12.0;
+        let (center, spread) = if of.parallelogram {
+            (0.5 * (b + c), ((b - a).length_squared() + (c - a).length_squared()) / 12.0)
+        } else {
+            let center = (a + b + c) / 3.0;
+            (center, [a, b, c].iter().map(|p| (p - center).length_squared()).sum::<f64>() / 12.0)
+        };
         let sums = Sums {
             power,
             normals: of.normal.unwrap_or(DVec3::ZERO) * power,
@@ -293,7 +300,7 @@ mod tests {
             let (e1, e2) = (DVec3::new(0.1, 0.02 * t.sin(), 0.0), DVec3::new(0.0, 0.1, 0.05 * t.cos()));
             let normal = (!i.is_multiple_of(7)).then(|| e1.cross(e2).normalize());
             let power = if i.is_multiple_of(9) { 0.0 } else { 1.0 + (3.0 * t).sin().powi(2) * 100.0 };
-            TreeLight { corners: [at, at + e1, at + e2], normal, power }
+            TreeLight { corners: [at, at + e1, at + e2], parallelogram: false, normal, power }
         };
         (0..count).map(light).collect()
     }

@@ -3,10 +3,13 @@
 //! An alias table over all lights; where there are many emissive triangles they are one entry of it, and a tree
 //! chooses among them by where light is asked for.
 
-use std::{collections::HashMap, f64::consts::PI};
+use std::{
+    collections::{BTreeMap, HashMap},
+    f64::consts::PI,
+};
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec2};
+use glam::DVec3;
 use surelight_accel::Accel;
 use surelight_scene::{LightKind, Material, Mesh, Scene};
 
@@ -14,9 +17,9 @@ use super::{
     Integrator,
     alias::alias_table,
     blueprint::placed_triangles,
+    emitters::{Emitter, emitters, pieces},
     light_tree::{LightTree, TreeLight},
     luminance,
-    textures::lookup_linear_rgb,
 };
 
 /// Twin of `LightEntry` in `shaders/light/light.wesl`.
@@ -36,7 +39,7 @@ pub(crate) struct AreaLight {
     pub(crate) v0: [f32; 3],
     pub(crate) prim: u32,
     pub(crate) e1: [f32; 3],
-    pub(crate) material: u32,
+    pub(crate) shape: u32,
     pub(crate) e2: [f32; 3],
     pub(crate) weight: f32,
 }
@@ -56,8 +59,11 @@ pub(crate) struct PunctualLight {
 pub(super) const KIND_PUNCTUAL: u32 = 1 << 30;
 pub(super) const KIND_ENVIRONMENT: u32 = 2 << 30;
 
-/// Fewer emissive triangles than these are chosen by the alias table.
-const LEAST_FOR_TREE: usize = 3;
+/// Marks a record's material: the light is a parallelogram. Twin of the constant in `shaders/light/area.wesl`.
+const PARALLELOGRAM: u32 = 1 << 31;
+
+/// Fewer area lights than these are chosen by the alias table.
+const LEAST_FOR_TREE: usize = 2;
 
 /// Stands for no light.
 const NONE: u32 = u32::MAX;
@@ -68,15 +74,16 @@ pub(crate) struct Lights {
     pub(crate) table: Vec<LightEntry>,
     pub(crate) area: Vec<AreaLight>,
     pub(crate) punctual: Vec<PunctualLight>,
-    /// Over the emissive triangles, where they are many.
+    /// Over the area lights, where there are several.
     pub(crate) tree: Option<LightTree>,
-    /// By prim: an emitting triangle's weight per area (0 for all others); empty when nothing emits.
-    triangle_weights: Vec<f32>,
-    /// By prim: its number among `area`, which for triangles of instanced meshes counts from the instance's first.
+    /// By prim: its number among `area`, which for triangles of instanced meshes counts from the instance's first. Empty when nothing
+    /// emits.
     triangle_lights: Vec<u32>,
+    /// Prims of parallelograms: that of the record, and the other.
+    pairs: Vec<[usize; 2]>,
     /// By instance of the BVH: its first light.
     pub(crate) instance_lights: Vec<u32>,
-    /// Without a tree, a triangle's weight times this is its area pdf. With one, the probability that a triangle is chosen at all.
+    /// An area light's weight times this is its mean pdf per area; with a tree, given that the tree chooses it.
     pub(crate) density: f32,
     pub(crate) environment_probability: f32,
 }
@@ -99,7 +106,17 @@ impl LightKinds {
         let [_, emissive] = placed_triangles(scene);
         let area = emissive > 0;
         let punctual = scene.lights.iter().any(|light| punctual(light, DVec3::ZERO, 1.0).1 > 0.0);
-        let tree = emissive >= LEAST_FOR_TREE as u64 && integrator != Integrator::Whitted;
+        let joined = || {
+            let meshes = scene.instances.iter().filter_map(|instance| scene.meshes.get(instance.mesh));
+            let mut emissive = meshes.filter(|m| scene.materials.get(m.material).is_some_and(Material::is_emissive));
+            // Whoever builds the trees refuses indices that are out of range.
+            let sound = |m: &&Mesh| m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len());
+            emissive
+                .all(|m| m.triangles.len() == 2 && sound(&m) && pieces(scene, m, &m.triangles, integrator).len() == 1)
+        };
+        // Three triangles are two lights at least.
+        let several = emissive > 2 || emissive == 2 && !joined();
+        let tree = several && integrator != Integrator::Whitted;
         Self { any: area || punctual || sky, area, tree, punctual }
     }
 }
@@ -122,8 +139,8 @@ impl Lights {
         }
         let mut powers = Vec::new();
         let mut which = Vec::new();
-        lights.add_triangles(scene, accel, &mut powers);
-        // Whitted sends its shadow rays to the middles of triangles: few, or it is of no use.
+        lights.add_triangles(scene, accel, integrator, &mut powers);
+        // Whitted's shadow rays go to the middles of lights: few, or it is of no use.
         if powers.len() >= LEAST_FOR_TREE && integrator != Integrator::Whitted {
             lights.tree = lights.tree(scene, &powers);
         }
@@ -145,13 +162,13 @@ impl Lights {
         }
         let total: f64 = powers.iter().sum();
         if total.is_nan() || total <= 0.0 {
-            return Self { triangle_weights: lights.triangle_weights, ..Self::default() };
+            return Self::default();
         }
         lights.share_among_emitters(accel, &mut powers, total);
         let total: f64 = powers.iter().sum();
         lights.density = (PI / total) as f32;
         if lights.tree.is_some() {
-            // The triangles become one entry, the first.
+            // The area lights become one entry, the first.
             let all: f64 = powers.drain(..lights.area.len()).sum();
             powers.insert(0, all);
             which.drain(1..lights.area.len());
@@ -182,12 +199,7 @@ impl Lights {
         }
         let emitters = (by_mesh.len() + powers.len() - self.area.len()) as f64;
         let factor = |emitter: f64| if emitter > 0.0 { 0.5 + 0.5 * total / (emitters * emitter) } else { 0.0 };
-        for (prim, weight) in self.triangle_weights.iter_mut().enumerate() {
-            if let Some(&power) = by_mesh.get(&accel.triangles[prim].mesh) {
-                *weight *= factor(power) as f32;
-            }
-        }
-        // A triangle's weight and its power must keep in step to the last bit of f32: they are the same pdf.
+        // A light's weight and its power must keep in step to the last bit of f32: they are the same pdf.
         for (i, power) in powers.iter_mut().enumerate() {
             *power *= match self.area.get_mut(i) {
                 Some(light) => {
@@ -200,7 +212,7 @@ impl Lights {
         }
     }
 
-    /// The emissive triangles as the kernel reads them.
+    /// The area lights as the kernel reads them.
     pub(crate) fn area_records(&self) -> Vec<AreaLight> {
         let mut records = self.area.clone();
         for (light, path) in records.iter_mut().zip(self.tree.iter().flat_map(|tree| &tree.paths)) {
@@ -211,60 +223,65 @@ impl Lights {
 
     /// What the attributes of a triangle say of it as a light: with a tree its number, else its weight.
     pub(crate) fn triangle_words(&self) -> Vec<u32> {
-        match &self.tree {
-            Some(_) => self.triangle_lights.clone(),
-            None => self.triangle_weights.iter().map(|w| w.to_bits()).collect(),
+        if self.tree.is_some() {
+            return self.triangle_lights.clone();
         }
+        let mut words = vec![0; self.triangle_lights.len()];
+        for light in &self.area {
+            words[light.prim as usize] = light.weight.to_bits();
+        }
+        for &[prim, other] in &self.pairs {
+            words[other] = words[prim];
+        }
+        words
     }
 
     fn tree(&self, scene: &Scene, powers: &[f64]) -> Option<LightTree> {
         let tree_light = |(light, &power): (&AreaLight, &f64)| {
             let [a, e1, e2] = [light.v0, light.e1, light.e2].map(|v| DVec3::from(v.map(f64::from)));
-            let normal = (!scene.materials[light.material as usize].double_sided).then(|| e1.cross(e2).normalize());
-            TreeLight { corners: [a, a + e1, a + e2], normal, power }
+            let material = &scene.materials[light.material()];
+            let normal = (!material.double_sided).then(|| e1.cross(e2).normalize());
+            TreeLight { corners: [a, a + e1, a + e2], parallelogram: light.is_parallelogram(), normal, power }
         };
         LightTree::new(&self.area.iter().zip(powers).map(tree_light).collect::<Vec<_>>())
     }
 
-    fn add_triangles(&mut self, scene: &Scene, accel: &Accel, powers: &mut Vec<f64>) {
+    fn add_triangles(&mut self, scene: &Scene, accel: &Accel, integrator: Integrator, powers: &mut Vec<f64>) {
         let emits = |mesh: u32| scene.materials[scene.meshes[mesh as usize].material].is_emissive();
-        if !accel.triangles.iter().any(|t| emits(t.mesh)) {
+        // Triangles that stand in the world by their meshes, then those of meshes that are placed several times.
+        let mut groups: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
+        for (prim, source) in accel.triangles.iter().enumerate().filter(|(_, t)| emits(t.mesh)) {
+            groups.entry((source.instance, source.mesh)).or_default().push(prim);
+        }
+        if groups.is_empty() {
             return;
         }
-        self.triangle_weights = accel
-            .triangles
-            .iter()
-            .map(|t| {
-                let mesh = &scene.meshes[t.mesh as usize];
-                if emits(t.mesh) {
-                    triangle_weight(scene, mesh, &scene.materials[mesh.material], t.corners)
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        // Triangles that stand in the world, then those of meshes that are placed several times.
         self.triangle_lights = vec![NONE; accel.triangles.len()];
-        let mut shared: HashMap<u32, Vec<usize>> = HashMap::new();
-        for (prim, source) in accel.triangles.iter().enumerate() {
-            if self.triangle_weights[prim] <= 0.0 {
+        let mut shared: HashMap<u32, Vec<Emitter>> = HashMap::new();
+        for ((instance, mesh), prims) in groups {
+            let emitters = emitters(scene, accel, mesh, &prims, integrator);
+            self.pairs.extend(emitters.iter().filter_map(|e| Some([e.prim, e.other?])));
+            if instance != NONE {
+                for emitter in &emitters {
+                    if self.add_light(scene, accel, emitter, instance as usize, powers) {
+                        let number = self.area.len() as u32 - 1;
+                        emitter.prims().for_each(|prim| self.triangle_lights[prim] = number);
+                    }
+                }
                 continue;
             }
-            if source.instance == NONE {
-                let of_mesh = shared.entry(source.mesh).or_default();
-                self.triangle_lights[prim] = of_mesh.len() as u32;
-                of_mesh.push(prim);
-            } else if self.add_triangle(scene, accel, prim, source.instance as usize, powers) {
-                self.triangle_lights[prim] = self.area.len() as u32 - 1;
+            for (number, emitter) in (0..).zip(&emitters) {
+                emitter.prims().for_each(|prim| self.triangle_lights[prim] = number);
             }
+            shared.insert(mesh, emitters);
         }
         for record in &accel.instances {
             self.instance_lights.push(self.area.len() as u32);
             let mesh = scene.instances[record.scene_instance as usize].mesh as u32;
-            for &prim in shared.get(&mesh).into_iter().flatten() {
-                if !self.add_triangle(scene, accel, prim, record.scene_instance as usize, powers) {
+            for emitter in shared.get(&mesh).into_iter().flatten() {
+                if !self.add_light(scene, accel, emitter, record.scene_instance as usize, powers) {
                     // Those after it keep their places.
-                    self.area.push(AreaLight::default());
+                    self.area.push(AreaLight { prim: emitter.prim as u32, ..AreaLight::default() });
                     powers.push(0.0);
                 }
             }
@@ -272,78 +289,58 @@ impl Lights {
     }
 
     /// Returns whether it has an area.
-    fn add_triangle(
+    fn add_light(
         &mut self,
         scene: &Scene,
         accel: &Accel,
-        prim: usize,
+        emitter: &Emitter,
         instance: usize,
         powers: &mut Vec<f64>,
     ) -> bool {
-        let source = &accel.triangles[prim];
+        let source = &accel.triangles[emitter.prim];
         let mesh = &scene.meshes[source.mesh as usize];
         let to_world = scene.instances[instance].to_world;
-        let [a, b, c] = source.corners.map(|i| {
-            let p = to_world.transform_point3(mesh.positions[i as usize].as_dvec3());
+        let [a, b, c] = [0, 1, 2].map(|k| {
+            let corner = source.corners[(emitter.corner + k) % 3];
+            let p = to_world.transform_point3(mesh.positions[corner as usize].as_dvec3());
             (p - accel.origin).as_vec3()
         });
-        let (e1, mut e2) = (b - a, c - a);
-        let (mut e1, weight) = (e1, self.triangle_weights[prim]);
+        let (mut e1, mut e2) = (b - a, c - a);
         // Corners of shared meshes are in object order: a mirroring instance turns them over.
-        if source.instance == u32::MAX && to_world.matrix3.determinant() < 0.0 {
+        if source.instance == NONE && to_world.matrix3.determinant() < 0.0 {
             std::mem::swap(&mut e1, &mut e2);
         }
-        let area = 0.5 * e1.as_dvec3().cross(e2.as_dvec3()).length();
+        let light = AreaLight {
+            v0: a.to_array(),
+            prim: emitter.prim as u32,
+            e1: e1.to_array(),
+            shape: mesh.material as u32 | if emitter.other.is_some() { PARALLELOGRAM } else { 0 },
+            e2: e2.to_array(),
+            weight: emitter.weight,
+        };
+        let area = light.area();
         if !(area > 0.0 && area.is_finite()) {
             return false;
         }
-        powers.push(PI * f64::from(weight) * area);
-        self.area.push(AreaLight {
-            v0: a.to_array(),
-            prim: prim as u32,
-            e1: e1.to_array(),
-            material: mesh.material as u32,
-            e2: e2.to_array(),
-            weight,
-        });
+        powers.push(PI * f64::from(emitter.weight) * area);
+        self.area.push(light);
         true
     }
 }
 
-/// Luminance of a triangle's mean emission, both sides counted where both emit.
-fn triangle_weight(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> f32 {
-    let sides = if material.double_sided { 2.0 } else { 1.0 };
-    let mean = match &material.emissive_texture {
-        None => [1.0; 3],
-        Some(texture) => {
-            let uvs = corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |u| u[c as usize]));
-            mean_texture(scene, texture, uvs)
-        }
-    };
-    let radiance = [0, 1, 2].map(|c| material.emissive[c] * mean[c]);
-    (sides * luminance(radiance)) as f32
-}
-
-/// Mean of a texture over a triangle of UVs, by a grid fine enough to meet each texel of small ones.
-fn mean_texture(scene: &Scene, texture: &surelight_scene::TextureRef, uvs: [Vec2; 3]) -> [f32; 3] {
-    let image = &scene.images[scene.textures[texture.texture].image];
-    let size = Vec2::new(image.width as f32, image.height as f32);
-    let extent = ((uvs[1] - uvs[0]) * size).length().max(((uvs[2] - uvs[0]) * size).length());
-    let n = (extent.min(64.0) as usize).clamp(4, 64);
-    let mut sum = [0.0f64; 3];
-    let mut count = 0.0;
-    for i in 0..n {
-        for j in 0..n - i {
-            let (b1, b2) = ((i as f32 + 1.0 / 3.0) / n as f32, (j as f32 + 1.0 / 3.0) / n as f32);
-            let uv = uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]);
-            let value = lookup_linear_rgb(scene, texture, uv);
-            for c in 0..3 {
-                sum[c] += f64::from(value[c]);
-            }
-            count += 1.0;
-        }
+impl AreaLight {
+    pub(super) fn material(&self) -> usize {
+        (self.shape & !PARALLELOGRAM) as usize
     }
-    sum.map(|s| (s / count) as f32)
+
+    pub(super) fn is_parallelogram(&self) -> bool {
+        self.shape & PARALLELOGRAM != 0
+    }
+
+    pub(super) fn area(&self) -> f64 {
+        let [e1, e2] = [self.e1, self.e2].map(|v| DVec3::from(v.map(f64::from)));
+        e1.cross(e2).length() * if self.is_parallelogram() { 1.0 } else { 0.5 }
+    }
 }
 
 /// A punctual light's record and its power.

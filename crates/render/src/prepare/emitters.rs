@@ -1,0 +1,102 @@
+//! What of a mesh emits, and how much.
+
+use glam::Vec2;
+use surelight_accel::Accel;
+use surelight_scene::{AlphaMode, Material, Mesh, Scene};
+
+use super::{
+    Integrator, luminance,
+    parallelograms::{self, Piece},
+    textures::lookup_linear_rgb,
+};
+
+/// A triangle of a mesh that emits, or two that form a parallelogram.
+pub(super) struct Emitter {
+    pub(super) prim: usize,
+    /// Which of its corners is the light's first.
+    pub(super) corner: usize,
+    pub(super) other: Option<usize>,
+    /// Per area.
+    pub(super) weight: f32,
+}
+
+impl Emitter {
+    pub(super) fn prims(&self) -> impl Iterator<Item = usize> {
+        [self.prim].into_iter().chain(self.other)
+    }
+}
+
+/// Those of a mesh that emit more than nothing. `prims`: its triangles.
+pub(super) fn emitters(
+    scene: &Scene,
+    accel: &Accel,
+    mesh: u32,
+    prims: &[usize],
+    integrator: Integrator,
+) -> Vec<Emitter> {
+    let mesh = &scene.meshes[mesh as usize];
+    let material = &scene.materials[mesh.material];
+    let triangles: Vec<_> = prims.iter().map(|&prim| accel.triangles[prim].corners).collect();
+    let emitter = |piece: Piece| {
+        let weight = triangle_weight(scene, mesh, material, triangles[piece.triangle]);
+        let other = piece.other.map(|k| prims[k]);
+        Emitter { prim: prims[piece.triangle], corner: piece.corner, other, weight }
+    };
+    pieces(scene, mesh, &triangles, integrator)
+        .into_iter()
+        .map(emitter)
+        .filter(|emitter| emitter.weight > 0.0)
+        .collect()
+}
+
+/// Triangles of an emissive mesh, joined where they may be.
+pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integrator: Integrator) -> Vec<Piece> {
+    let material = &scene.materials[mesh.material];
+    // A parallelogram has no texture coordinates; and what Whitted's rays aim at are the middles of triangles.
+    let coat = &material.clearcoat;
+    let plain = material.emissive_texture.is_none()
+        && coat.texture.is_none()
+        && coat.roughness_texture.is_none()
+        && material.alpha_mode == AlphaMode::Opaque;
+    if !plain || integrator == Integrator::Whitted {
+        return parallelograms::alone(triangles.len());
+    }
+    let positions = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
+    parallelograms::join(&triangles.iter().map(positions).collect::<Vec<_>>())
+}
+
+/// Luminance of a triangle's mean emission, both sides counted where both emit.
+fn triangle_weight(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> f32 {
+    let sides = if material.double_sided { 2.0 } else { 1.0 };
+    let mean = match &material.emissive_texture {
+        None => [1.0; 3],
+        Some(texture) => {
+            let uvs = corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |u| u[c as usize]));
+            mean_texture(scene, texture, uvs)
+        }
+    };
+    let radiance = [0, 1, 2].map(|c| material.emissive[c] * mean[c]);
+    (sides * luminance(radiance)) as f32
+}
+
+/// Mean of a texture over a triangle of UVs, by a grid fine enough to meet each texel of small ones.
+fn mean_texture(scene: &Scene, texture: &surelight_scene::TextureRef, uvs: [Vec2; 3]) -> [f32; 3] {
+    let image = &scene.images[scene.textures[texture.texture].image];
+    let size = Vec2::new(image.width as f32, image.height as f32);
+    let extent = ((uvs[1] - uvs[0]) * size).length().max(((uvs[2] - uvs[0]) * size).length());
+    let n = (extent.min(64.0) as usize).clamp(4, 64);
+    let mut sum = [0.0f64; 3];
+    let mut count = 0.0;
+    for i in 0..n {
+        for j in 0..n - i {
+            let (b1, b2) = ((i as f32 + 1.0 / 3.0) / n as f32, (j as f32 + 1.0 / 3.0) / n as f32);
+            let uv = uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]);
+            let value = lookup_linear_rgb(scene, texture, uv);
+            for c in 0..3 {
+                sum[c] += f64::from(value[c]);
+            }
+            count += 1.0;
+        }
+    }
+    sum.map(|s| (s / count) as f32)
+}
