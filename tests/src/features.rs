@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
-use surelight_render::{Constant, Directions, Features, Integrator, Prepared, Sampler, Settings};
+use surelight_render::{Constant, Directions, Features, Integrator, Prepared, Sampler, Settings, SharedPaths};
 use surelight_scene::{LoadOptions, Scene, procedural};
 
 use crate::{render::prepare, scenes};
@@ -56,7 +56,8 @@ const UNSAMPLED: [&str; 4] = ["light_sampling", "area_lights", "light_tree", "pu
 const ALTERNATIVES: [&[&str]; 5] = [
     &["environment_uniform", "environment_map"],
     &["orthographic", "lens", "receiver"],
-    &["", "hemisphere", "area", "whitted", "caustics"],
+    // Seven, so that each meets each of the others.
+    &["", "hemisphere", "area", "whitted", "caustics", "shared_paths", ""],
     &["", "directions_uniform", "directions_cosine"],
     &["", "sampler_independent", "sampler_stratified", "one_scramble"],
 ];
@@ -149,7 +150,8 @@ pub fn shipped() -> Vec<(Features, Vec<String>)> {
             (" --integrator area", Settings { integrator: Integrator::Area, ..plain.clone() }),
             (" --integrator caustics", Settings { integrator: Integrator::Caustics, ..plain.clone() }),
             (" --integrator whitted", Settings { integrator: Integrator::Whitted, ..plain.clone() }),
-            (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain }),
+            (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain.clone() }),
+            (" --shared-paths on", Settings { shared_paths: SharedPaths::On, ..plain }),
         ];
         for (options, settings) in settings {
             let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));

@@ -1,18 +1,21 @@
 //! Every kernel that can be put together is valid: naga accepts each feature with what it implies, every pair, what shipped
 //! scenes need, and everything at once. And what a scene lacks is not in its kernel.
 
-use surelight_render::{Features, compose};
+use surelight_render::{Features, compose, path_kernel};
 use surelight_tests::features::{constants, everything, names, set, shipped};
 
-const KERNELS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
+/// Root modules of the kernels of these features.
+fn kernels(features: &Features) -> [&'static str; 2] {
+    [path_kernel(features).0, "package::kernel::features"]
+}
 
 /// The light tracing kernel, which sees through a camera.
 const EMIT: &str = "package::kernel::emit";
 
-/// Composes and validates some kernels, and that of light tracing where it belongs; the error says which features.
-fn check(kernels: &[&str], features: &Features) -> Result<(), String> {
-    let emit = (features.caustics && !features.receiver).then_some(&EMIT);
-    for root in kernels.iter().chain(emit) {
+/// Composes and validates the first `count` kernels, and that of light tracing where it belongs; the error says which features.
+fn check(count: usize, features: &Features) -> Result<(), String> {
+    let emit = (features.caustics && !features.receiver).then_some(EMIT);
+    for root in kernels(features).into_iter().take(count).chain(emit) {
         compose(root, features, constants()).map_err(|e| {
             let on: Vec<_> = features.list().into_iter().filter(|f| f.1).map(|f| f.0).collect();
             format!("{root} with {on:?}: {e}")
@@ -21,7 +24,7 @@ fn check(kernels: &[&str], features: &Features) -> Result<(), String> {
     Ok(())
 }
 
-fn check_all(kernels: &[&str], sets: impl Iterator<Item = Features>) -> usize {
+fn check_all(kernels: usize, sets: impl Iterator<Item = Features>) -> usize {
     let results: Vec<_> = sets.map(|set| check(kernels, &set)).collect();
     let failures: Vec<_> = results.iter().filter_map(|r| r.as_ref().err()).collect();
     assert!(failures.is_empty(), "{} of {} do not compose, the first: {}", failures.len(), results.len(), failures[0]);
@@ -33,7 +36,7 @@ fn nothing_and_each_feature_by_itself() {
     let names = names();
     let sets =
         std::iter::once(Features::default()).chain(names.iter().map(|n| set(&[n]).expect("one excludes nothing")));
-    println!("{} sets of features", check_all(&KERNELS, sets));
+    println!("{} sets of features", check_all(2, sets));
 }
 
 #[test]
@@ -41,14 +44,14 @@ fn each_pair() {
     let names = names();
     let pairs = (0..names.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     // The path kernel has all that the other has.
-    let count = check_all(&KERNELS[..1], pairs.filter_map(|(i, j)| set(&[names[i], names[j]])));
+    let count = check_all(1, pairs.filter_map(|(i, j)| set(&[names[i], names[j]])));
     println!("{count} pairs");
     assert!(count > 300);
 }
 
 #[test]
 fn everything_at_once() {
-    println!("{} sets of features", check_all(&KERNELS, everything().into_iter()));
+    println!("{} sets of features", check_all(2, everything().into_iter()));
 }
 
 /// What each binding is for: a kernel has it when one of these features is on, and only then.
@@ -82,8 +85,8 @@ fn shipped_scenes_have_what_they_need_and_no_more() {
     let sets = shipped();
     assert!(sets.len() > 10, "the scenes hardly differ");
     for (features, scenes) in &sets {
-        check(&KERNELS, features).unwrap_or_else(|e| panic!("{scenes:?}: {e}"));
-        let shader = compose(KERNELS[0], features, constants()).expect("it has just been composed");
+        check(2, features).unwrap_or_else(|e| panic!("{scenes:?}: {e}"));
+        let shader = compose(kernels(features)[0], features, constants()).expect("it has just been composed");
         for (binding, needs) in BINDINGS {
             let wanted = features.list().iter().any(|&(name, on, _)| on && needs.contains(&name));
             let found = shader.module.global_variables.iter().any(|(_, g)| g.name.as_deref() == Some(binding));
@@ -104,8 +107,8 @@ fn shipped_scenes_have_what_they_need_and_no_more() {
 #[test]
 fn what_is_wrong_does_not_compose() {
     assert!(compose("package::kernel::no_such_module", &Features::default(), constants()).is_err());
-    assert!(compose(KERNELS[0], &Features::default(), &[]).is_err(), "a constant is missing");
+    assert!(compose(kernels(&Features::default())[0], &Features::default(), &[]).is_err(), "a constant is missing");
     // A texture without the module that looks it up.
     let torn = Features { base_color_texture: true, ..Features::default() };
-    assert!(compose(KERNELS[0], &torn, constants()).is_err());
+    assert!(compose(kernels(&torn)[0], &torn, constants()).is_err());
 }

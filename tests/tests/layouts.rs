@@ -3,10 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use surelight_render::{Features, RecordLayout, compose, host_layouts, material_fields};
+use surelight_render::{Features, RecordLayout, compose, host_layouts, material_fields, path_kernel};
 use surelight_tests::features::{constants, everything, shipped};
-
-const KERNELS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
 
 /// Fields by name; the host's padding has no counterpart in WGSL.
 fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
@@ -18,7 +16,7 @@ fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
 fn compare(features: &Features, what: &str) -> BTreeSet<&'static str> {
     let mut found = BTreeSet::new();
     let emit = (features.caustics && !features.receiver).then_some("package::kernel::emit");
-    for root in KERNELS.into_iter().chain(emit) {
+    for root in [path_kernel(features).0, "package::kernel::features"].into_iter().chain(emit) {
         let shader = compose(root, features, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
         for (name, host) in host_layouts() {
             let Some(device) = RecordLayout::of(&shader, name) else { continue };
@@ -50,7 +48,7 @@ fn in_the_general_kernels() {
     let mut read = BTreeSet::new();
     for features in everything() {
         found.extend(compare(&features, "everything"));
-        let shader = compose(KERNELS[0], &features, constants()).unwrap_or_else(|e| panic!("{e}"));
+        let shader = compose(path_kernel(&features).0, &features, constants()).unwrap_or_else(|e| panic!("{e}"));
         read.extend(RecordLayout::of(&shader, "Material").expect("kernels have materials").sizes.into_keys());
     }
     let missing: Vec<_> = host_layouts().into_iter().map(|l| l.0).filter(|name| !found.contains(name)).collect();

@@ -87,6 +87,7 @@ impl Reference {
             rgb: self.rgb.each_ref().map(Vec::as_slice),
             variance: self.variance.as_ref().map(|v| v.each_ref().map(Vec::as_slice)),
             dof: f64::INFINITY,
+            squares: None,
         }
     }
 

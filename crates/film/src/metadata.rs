@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Name of the setting of pictures whose pixels share paths within 2×2 squares.
+pub const SHARED_PATHS: &str = "shared-paths";
+
 /// Contents of the JSON text attribute `surelight` of an EXR.
 ///
 /// Keys of `settings` are written in alphabetical order, so equal metadata are equal bytes.

@@ -7,11 +7,12 @@ use crate::{
     compose::{Composed, compose},
     device::Device,
     error::RenderError,
+    features::Features,
     kernel::{Checks, Kernel, Program, Resource, Resources},
     pass::{GROUP, Pass},
     prepare::Blueprint,
     reflect::{Binding, RecordLayout},
-    renderer::{PATH_ENTRY, PATH_KERNEL, cpu_threads},
+    renderer::{PATH_ENTRY, cpu_threads, path_kernel},
     upload::Uploader,
 };
 
@@ -28,11 +29,11 @@ impl Ahead {
     /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first dispatch.
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
         let blueprint = blueprint.on(device);
-        let shader = compose(PATH_KERNEL, &blueprint.features, &blueprint.constants)?;
+        let shader = compose(path_kernel(&blueprint.features).0, &blueprint.features, &blueprint.constants)?;
         let program = Program::new(device, &shader, PATH_ENTRY, Checks::default())?;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let pass = Pass { size: [8, 8], samples: 1, lanes: GROUP * threads, threads, restart: 1, ..Pass::default() };
-        let kernel = program.bind(device, &stand_ins(device, &shader, &program, &pass)?)?;
+        let kernel = program.bind(device, &stand_ins(device, &blueprint.features, &shader, &program, &pass)?)?;
         run(device, &kernel, pass.lanes / GROUP)?;
         Ok(Self { blueprint, device: device.device.clone(), shader, program })
     }
@@ -44,12 +45,18 @@ impl Ahead {
 }
 
 /// Something of the right kind for each binding. No lane starts a sample, so that nothing of the scene is read.
-fn stand_ins(device: &Device, shader: &Composed, program: &Program, pass: &Pass) -> Result<Resources, RenderError> {
+fn stand_ins(
+    device: &Device,
+    features: &Features,
+    shader: &Composed,
+    program: &Program,
+    pass: &Pass,
+) -> Result<Resources, RenderError> {
     use wgpu::BufferUsages as U;
     /// More than any record but the states takes.
     const BYTES: u64 = 1 << 12;
     let mut up = Uploader::new(device);
-    let state = RecordLayout::of(shader, "PathState").map_or(256, |l| l.span);
+    let state = RecordLayout::of(shader, path_kernel(features).1).map_or(256, |l| l.span);
     let states = u64::from(pass.lanes) * u64::from(state);
     let mut resources = Resources::new();
     for Binding { name, ty, .. } in program.bindings() {

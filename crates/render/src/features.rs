@@ -146,6 +146,8 @@ features! {
     sampler_stratified,
     /// All batches of a pixel are pieces of one Sobol sequence.
     one_scramble,
+    /// Neighbouring pixels use each other's second vertices.
+    shared_paths,
     /// Paths end at the bounce limit alone: for tests of roulette.
     no_roulette,
     /// Rays are walked several times, to measure what a walk costs.

@@ -37,14 +37,14 @@ pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
 pub use prepare::{
-    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, Unreachable, material_fields, may_have_caustics,
-    sheen_albedos,
+    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
+    may_have_caustics, sheen_albedos,
 };
 pub use probe::{Probe, run_probe};
 pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};
 pub use reflect::RecordLayout;
-pub use renderer::{Counts, Observer, Renderer};
+pub use renderer::{Counts, Observer, Renderer, path_kernel};
 pub use standing::Standing;
 pub use trial::{Trial, best_trial, judge_trials, try_integrators};
 pub use twins::host_layouts;

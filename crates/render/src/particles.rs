@@ -173,7 +173,7 @@ impl Renderer<'_> {
             let mut rows = 0;
             let fits = |(tile, _): &&(Tile, Vec<BatchSum>)| {
                 rows += u64::from(tile.size[1]);
-                u64::from(width) * rows <= room
+                (tile.corner[0], tile.size[0]) == (corner[0], width) && u64::from(width) * rows <= room
             };
             let count = rest.iter().take_while(fits).count();
             if count == 0 {
@@ -183,7 +183,7 @@ impl Renderer<'_> {
             let (now, later) = rest.split_at_mut(count);
             rest = later;
             let height = now.iter().map(|(tile, _)| tile.size[1]).sum();
-            let band = Tile { corner, size: [width, height] };
+            let band = Tile { corner, size: [width, height], side: 1 };
             for k in 0..batches {
                 let (replicate, sample) =
                     if self.features.one_scramble { (0, first_batch + k * samples) } else { (first_batch + k, 0) };

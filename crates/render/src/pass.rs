@@ -44,47 +44,62 @@ pub(crate) struct FeaturePixel {
     pub(crate) unused: f32,
 }
 
+/// Most lanes that stand side by side: their states must fit a binding.
+const WIDEST: u32 = 1 << 16;
+
 /// A rectangle of pixels that is traced at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
     pub(crate) corner: [u32; 2],
     pub(crate) size: [u32; 2],
+    /// Pixels along a side of the square that a lane works on: 1 or 2.
+    pub(crate) side: u32,
 }
 
 impl Tile {
-    /// Cuts a rectangle into bands, each of at most about `most_lanes` lanes.
-    pub(crate) fn bands(corner: [u32; 2], size: [u32; 2], most_lanes: u32) -> Vec<Self> {
-        let across = size[0].div_ceil(8);
-        let rows_of_blocks = (most_lanes / GROUP / across).max(1);
-        let step = 8 * rows_of_blocks;
-        (0..size[1])
-            .step_by(step as usize)
-            .map(|y| Self { corner: [corner[0], corner[1] + y], size: [size[0], step.min(size[1] - y)] })
+    /// Cuts a rectangle into bands, each of at most about `most_lanes` lanes: a row of blocks at least, but where that is more than
+    /// [`WIDEST`]. Squares lie on a grid from the image's corner.
+    pub(crate) fn bands(corner: [u32; 2], size: [u32; 2], most_lanes: u32, side: u32) -> Vec<Self> {
+        let end = [0, 1].map(|axis| corner[axis] + size[axis]);
+        let corner = corner.map(|c| c / side * side);
+        let group = 8 * side;
+        let width = group * (end[0] - corner[0]).div_ceil(group).min(WIDEST / GROUP);
+        let height = group * (most_lanes / GROUP / (width / group)).max(1);
+        let steps = |axis: usize, step: u32| (corner[axis]..end[axis]).step_by(step as usize);
+        steps(1, height)
+            .flat_map(|y| steps(0, width).map(move |x| [x, y]))
+            .map(|at| Self { corner: at, size: [width.min(end[0] - at[0]), height.min(end[1] - at[1])], side })
             .collect()
     }
 
     /// Lanes, with the workgroups rounded up to a multiple of the driver's threads.
     pub(crate) fn lanes(&self, threads: u32) -> u32 {
-        let blocks = self.size[0].div_ceil(8) * self.size[1].div_ceil(8);
+        let blocks = self.size[0].div_ceil(8 * self.side) * self.size[1].div_ceil(8 * self.side);
         blocks.next_multiple_of(threads) * GROUP
     }
 
-    /// For each lane the pixel it works on, as an index into the film; `u32::MAX` where there is none.
+    /// For each lane the pixels it works on, as indices into the film; `u32::MAX` where there is none.
     /// Twin of `lane_of` in `shaders/kernel/lanes.wesl`, whose states are in order of blocks.
     pub(crate) fn pixels(&self, lanes: u32, film: &Window) -> Vec<u32> {
-        let across = self.size[0].div_ceil(8);
-        let corner = [0, 1].map(|axis| self.corner[axis] - film.corner[axis]);
-        (0..lanes)
-            .map(|lane| {
+        let across = self.size[0].div_ceil(8 * self.side);
+        let of_lane = self.side * self.side;
+        (0..lanes * of_lane)
+            .map(|slot| {
+                let (lane, k) = (slot / of_lane, slot % of_lane);
                 let (block, local) = (lane / GROUP, lane % GROUP);
                 let x = (local & 1) | ((local >> 1) & 2) | ((local >> 2) & 4);
                 let y = ((local >> 1) & 1) | ((local >> 2) & 2) | ((local >> 3) & 4);
-                let at = [(block % across) * 8 + x, (block / across) * 8 + y];
-                if at[0] < self.size[0] && at[1] < self.size[1] {
-                    (corner[1] + at[1]) * film.size[0] + corner[0] + at[0]
-                } else {
-                    u32::MAX
-                }
+                let at = [
+                    self.side * ((block % across) * 8 + x) + (k & 1),
+                    self.side * ((block / across) * 8 + y) + (k >> 1),
+                ];
+                let whole = [0, 1].map(|axis| self.corner[axis] + at[axis]);
+                let inside = (0..2).all(|axis| {
+                    at[axis] < self.size[axis]
+                        && whole[axis] >= film.corner[axis]
+                        && whole[axis] < film.corner[axis] + film.size[axis]
+                });
+                if inside { (whole[1] - film.corner[1]) * film.size[0] + whole[0] - film.corner[0] } else { u32::MAX }
             })
             .collect()
     }

@@ -21,8 +21,9 @@ use crate::{
 };
 
 /// Root modules of the kernels.
-pub(crate) const PATH_KERNEL: &str = "package::kernel::path";
+const PATH_KERNEL: &str = "package::kernel::path";
 pub(crate) const PATH_ENTRY: &str = "trace_paths";
+const BLOCK_KERNEL: &str = "package::kernel::blocks";
 const FEATURE_KERNEL: &str = "package::kernel::features";
 
 /// Lanes traced at once. GPUs need many. CPU drivers need few: the more there are, the fewer samples each has in a dispatch of
@@ -143,15 +144,17 @@ impl<'a> Renderer<'a> {
         let started = Instant::now();
         let blueprint = prepared.blueprint().on(device);
         let features = blueprint.features;
+        let side = side(&features);
         let (shader, program) = match ahead.filter(|ahead| ahead.is_of(device, &blueprint)) {
             Some(ahead) => (ahead.shader, ahead.program),
             None => {
-                let shader = compose(PATH_KERNEL, &features, &blueprint.constants)?;
+                let shader = compose(path_kernel(&features).0, &features, &blueprint.constants)?;
                 let program = Program::new(device, &shader, PATH_ENTRY, checks)?;
                 (shader, program)
             }
         };
-        let feature_shader = compose(FEATURE_KERNEL, &features, &blueprint.constants)?;
+        let feature_shader =
+            compose(FEATURE_KERNEL, &Features { shared_paths: false, ..features }, &blueprint.constants)?;
 
         let mut up = Uploader::new(device);
         let uploading = Instant::now();
@@ -159,11 +162,16 @@ impl<'a> Renderer<'a> {
         let upload_seconds = uploading.elapsed().as_secs_f64();
         let [width, height] = prepared.view.size;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
-        let state_bytes = RecordLayout::of(&shader, "PathState").map_or(256, |l| l.span);
+        let state_bytes = RecordLayout::of(&shader, path_kernel(&features).1).map_or(256, |l| l.span);
         let lane_limit = (device.info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
-        let tiles = Tile::bands([0, 0], [width, height], wanted.min(lane_limit));
-        let most_lanes = tiles.iter().map(|t| t.lanes(threads)).max().unwrap_or(GROUP);
-        let most_batches = (device.info.max_binding / (16 * u64::from(most_lanes))).clamp(1, 16) as u32;
+        // Where there are many lanes, as many pixels as otherwise are in work at once.
+        let wanted = if device.info.is_cpu { wanted } else { wanted / (side * side) };
+        let tiles = Tile::bands([0, 0], [width, height], wanted.min(lane_limit), side);
+        let most_of = |tiles: &[Tile]| tiles.iter().map(|t| t.lanes(threads)).max().unwrap_or(GROUP);
+        let most_lanes = most_of(&tiles);
+        let feature_bytes = 32 * u64::from(most_of(&Tile::bands([0, 0], [width, height], most_lanes, 1)));
+        let pixels = u64::from(side * side * most_lanes);
+        let most_batches = (device.info.max_binding / (16 * pixels)).clamp(1, 16) as u32;
 
         use wgpu::BufferUsages as U;
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
@@ -174,10 +182,10 @@ impl<'a> Renderer<'a> {
         let control_readback =
             up.zeros("the control record's copy", CONTROL_BYTES + stopwatch::BYTES, U::MAP_READ | U::COPY_DST)?;
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
-        let sum_bytes = lanes * 16 * u64::from(most_batches);
+        let sum_bytes = pixels * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
-        let feature_pixels = up.zeros("first-hit features", lanes * 32, storage)?;
-        let readback = up.zeros("the copy of batch sums", sum_bytes.max(lanes * 32), U::MAP_READ | U::COPY_DST)?;
+        let feature_pixels = up.zeros("first-hit features", feature_bytes, storage)?;
+        let readback = up.zeros("the copy of batch sums", sum_bytes.max(feature_bytes), U::MAP_READ | U::COPY_DST)?;
         for (name, buffer) in [
             ("view", &view),
             ("pass_info", &pass_buffer),
@@ -214,7 +222,8 @@ impl<'a> Renderer<'a> {
             threads,
             most_lanes,
             budget: 512,
-            dispatch: [SHORTEST_DISPATCH, LONGEST_DISPATCH],
+            // Nobody kills a CPU driver's dispatches; interrupts wait for them.
+            dispatch: [SHORTEST_DISPATCH, if device.info.is_cpu { 4 * LONGEST_DISPATCH } else { LONGEST_DISPATCH }],
             walks: 1,
             most_batches,
             counts: Counts::default(),
@@ -283,7 +292,7 @@ impl<'a> Renderer<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
         let mut results = Vec::new();
-        for tile in self.tiles_of(film)? {
+        for tile in self.tiles_of(film, side(&self.features))? {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
             if !self.trace_tile(&pass, observer)? {
                 return Ok(false);
@@ -299,7 +308,7 @@ impl<'a> Renderer<'a> {
         for (tile, sums) in results {
             let lanes = tile.lanes(self.threads);
             let pixels = tile.pixels(lanes, &film.window());
-            for batch in sums.chunks_exact(lanes as usize) {
+            for batch in sums.chunks_exact(pixels.len()) {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
@@ -312,14 +321,14 @@ impl<'a> Renderer<'a> {
     }
 
     /// The film's part of the picture, cut into tiles that the buffers hold.
-    fn tiles_of(&self, film: &Film) -> Result<Vec<Tile>, RenderError> {
+    fn tiles_of(&self, film: &Film, side: u32) -> Result<Vec<Tile>, RenderError> {
         let window = film.window();
         if window.whole != self.size {
             let [[width, height], [w, h]] = [self.size, window.whole];
             let message = format!("the film is of an image of {w}x{h} pixels, the view of one of {width}x{height}");
             return Err(RenderError::LostWork { message });
         }
-        Ok(Tile::bands(window.corner, window.size, self.most_lanes))
+        Ok(Tile::bands(window.corner, window.size, self.most_lanes, side))
     }
 
     /// Dispatches until every lane of the tile has its samples.
@@ -397,19 +406,24 @@ impl<'a> Renderer<'a> {
         Ok((report, watch.zip(timestamps).and_then(|(watch, ends)| watch.seconds(ends))))
     }
 
+    /// Bytes of a pass's batch sums.
+    fn sum_bytes(&self, pass: &Pass) -> u64 {
+        16 * u64::from(pass.batches) * u64::from(pass.lanes) * u64::from(side(&self.features).pow(2))
+    }
+
     /// Wipes what an earlier tile left, so that a batch that is not written shows.
     fn clear_sums(&self, pass: &Pass) -> Result<(), RenderError> {
         let device = self.device;
         device.scoped("clearing batch sums", || {
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.clear_buffer(&self.sums, 0, Some(u64::from(pass.batches) * u64::from(pass.lanes) * 16));
+            encoder.clear_buffer(&self.sums, 0, Some(self.sum_bytes(pass)));
             device.queue.submit([encoder.finish()]);
         })
     }
 
     /// The tile's sums, batch after batch, lane after lane.
     fn read_sums(&self, pass: &Pass) -> Result<Vec<BatchSum>, RenderError> {
-        self.read(&self.sums, u64::from(pass.batches) * u64::from(pass.lanes) * 16)
+        self.read(&self.sums, self.sum_bytes(pass))
     }
 
     fn read<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(
@@ -432,7 +446,7 @@ impl<'a> Renderer<'a> {
         let count = film.pixels().len();
         let mut all =
             FilmFeatures { albedo: vec![[0.0; 3]; count], normal: vec![[0.0; 3]; count], depth: vec![0.0; count] };
-        for tile in self.tiles_of(film)? {
+        for tile in self.tiles_of(film, 1)? {
             let pass = Pass { samples: FEATURE_SAMPLES, ..self.pass_of(&tile) };
             for i in 0..=FEATURE_SAMPLES {
                 let ray = Pass { first_batch: i, restart: u32::from(i == 0), ..pass };
@@ -451,6 +465,16 @@ impl<'a> Renderer<'a> {
         }
         film.set_features(all).map_err(|e| RenderError::LostWork { message: e.to_string() })
     }
+}
+
+/// Root module of the path kernel, and the record that it keeps between dispatches.
+pub fn path_kernel(features: &Features) -> (&'static str, &'static str) {
+    if features.shared_paths { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "PathState") }
+}
+
+/// Pixels along a side of the square that a lane works on.
+fn side(features: &Features) -> u32 {
+    if features.shared_paths { 2 } else { 1 }
 }
 
 fn usual_lanes(device: &Device) -> u32 {

@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 15] = [
+const CHOSEN: [&str; 16] = [
     "items_image",
     "lens",
     "receiver",
@@ -31,6 +31,7 @@ const CHOSEN: [&str; 15] = [
     "sampler_stratified",
     "one_scramble",
     "no_roulette",
+    "shared_paths",
     "repeat_walk",
 ];
 

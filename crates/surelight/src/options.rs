@@ -48,6 +48,11 @@ pub(crate) struct RenderArgs {
     #[arg(long, conflicts_with = "error")]
     pub(crate) one_scramble: bool,
 
+    /// Whether the four pixels of each 2×2 square use what one another's paths find, under `mis`: far less noise where most light comes
+    /// from surface to surface, in squares; no bias
+    #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
+    pub(crate) shared_paths: SharedPaths,
+
     /// Brightens the PNG by this many stops
     #[arg(
         long,
@@ -246,6 +251,17 @@ pub(crate) struct DevicesArgs {
     /// One JSON array on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// When pixels share paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SharedPaths {
+    /// Where it pays, by a look at the scene
+    Auto,
+    /// Wherever they can
+    On,
+    /// Never: each pixel's error is its own
+    Off,
 }
 
 /// Names of the tone maps.

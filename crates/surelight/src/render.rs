@@ -96,7 +96,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.compile = stages.end()?;
 
     let window = args.parts.window(loaded.view.size)?;
-    let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, window);
+    let mut record = Record::new(args, &method, &loaded, &device, &renderer, window);
     check_memory(&window)?;
     let (mut film, standing) = if earlier.is_some() {
         checkpoint.read(&mut record)?

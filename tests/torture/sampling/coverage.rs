@@ -10,7 +10,7 @@
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_render::{Integrator, Renderer, Settings};
+use surelight_render::{Integrator, Renderer, Settings, SharedPaths};
 use surelight_scene::Scene;
 use surelight_scene::procedural::{cornell_box, glass, quad_light};
 use surelight_tests::render::{device, prepare};
@@ -120,6 +120,15 @@ fn intervals_of_one_scramble_hold() {
         found.all,
         found.share
     );
+}
+
+/// Pixels that share paths err together, but each one's batches are still independent of one another.
+#[test]
+fn intervals_of_shared_paths_hold() {
+    let settings = Settings { shared_paths: SharedPaths::On, ..usual(Integrator::Mis) };
+    let found = coverage("cornell, shared paths", &cornell_box::cornell_box(), &settings, 16, None);
+    assert_holds("cornell, shared paths", &found);
+    assert!(found.share > 0.4, "only {:.3} of the pixels are certified", found.share);
 }
 
 /// Caustics and light seen through glass come by chance: few pixels are certified, and those hold.

@@ -54,14 +54,14 @@ fn add_lamp(scene: &mut Scene, radiance: [f32; 3]) {
 }
 
 /// Diffuse and glossy surfaces under a lamp.
-fn lamp() -> Scene {
+pub(super) fn lamp() -> Scene {
     let mut scene = corner("lamp", metal(0.5), plastic(0.4));
     add_lamp(&mut scene, [4.0, 3.0, 2.0]);
     scene
 }
 
 /// The same under a map with a bright quarter.
-fn sky_map() -> Scene {
+pub(super) fn sky_map() -> Scene {
     let mut scene = corner("map", metal(0.5), plastic(0.4));
     let texel = |x: u32, y: u32| if y < 3 && x % 8 < 4 { [3.0, 2.5, 2.0] } else { [0.3, 0.4, 0.6] };
     scene.environment = Some(map(16, 8, texel));
@@ -69,7 +69,7 @@ fn sky_map() -> Scene {
 }
 
 /// Clear and frosted glass under a lamp and a uniform sky.
-fn glass_balls() -> Scene {
+pub(super) fn glass_balls() -> Scene {
     let mut scene = corner("glass", glass(0.0), glass(0.6));
     add_lamp(&mut scene, [2.0, 2.0, 2.0]);
     scene.environment = Some(Environment::Uniform([0.5, 0.6, 0.7]));
@@ -117,8 +117,7 @@ fn forms_agree_about_glass() {
 }
 
 /// Coats over what scatters and over what shines, fibres, and a leaf that lets light through to the wall behind it.
-#[test]
-fn forms_agree_about_layers() {
+pub(super) fn layers() -> Scene {
     let velvet = Material {
         sheen: Sheen { color: [0.8, 0.7, 0.6], roughness: 0.5, ..Sheen::default() },
         clearcoat: Clearcoat { factor: 0.7, roughness: 0.6, ..Clearcoat::default() },
@@ -137,6 +136,12 @@ fn forms_agree_about_layers() {
     let lamp = Shape::parallelogram(DVec3::new(0.0, 2.2, 0.3), DVec3::X * 0.9, DVec3::Z * 0.9);
     let coat = Clearcoat { factor: 1.0, roughness: 0.7, ..Clearcoat::default() };
     add(&mut scene, lamp, Material { clearcoat: coat, ..emitter([4.0, 3.0, 2.0]) });
+    scene
+}
+
+#[test]
+fn forms_agree_about_layers() {
+    let scene = layers();
     let directions = |directions, k: u32| settings(Integrator::Hemisphere(directions), 20 + k);
     let ways = [
         ("hemisphere, by the BSDF", directions(Directions::Bsdf, 0), 64),
@@ -147,7 +152,7 @@ fn forms_agree_about_layers() {
 }
 
 /// Lanterns of one mesh, stretched and mirrored, and a sheet that shines to both sides, over a leaf: a light tree over instances.
-fn lanterns() -> Scene {
+pub(super) fn lanterns() -> Scene {
     let leaf = Material {
         diffuse_transmission: DiffuseTransmission {
             factor: 0.5,
@@ -186,8 +191,7 @@ fn forms_agree_under_lanterns() {
 }
 
 /// Coats that are deltas over bases that are not: the base is lit by sampled lights, the coat by directions alone.
-#[test]
-fn forms_agree_about_smooth_coats() {
+pub(super) fn smooth_coats() -> Scene {
     let coat = Clearcoat { factor: 1.0, roughness: 0.0, ..Clearcoat::default() };
     let mut scene = corner(
         "coats",
@@ -195,6 +199,12 @@ fn forms_agree_about_smooth_coats() {
         Material { clearcoat: coat, ..plastic(0.5) },
     );
     add_lamp(&mut scene, [4.0, 3.0, 2.0]);
+    scene
+}
+
+#[test]
+fn forms_agree_about_smooth_coats() {
+    let scene = smooth_coats();
     let ways = [("hemisphere", settings(HEMISPHERE, 41), 64), ("area", settings(Integrator::Area, 42), 64)];
     check(&scene, &ways, 0.02);
 }

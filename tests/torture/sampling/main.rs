@@ -5,5 +5,6 @@ mod coverage;
 mod depth;
 mod forms;
 mod roulette;
+mod shared_paths;
 mod slope;
 mod stopping;

@@ -64,7 +64,10 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
     tally
 }
 
-/// The mean of what was stopped is not biased by when it was: z over renders.
+/// The mean of what was stopped is hardly biased by when it was: by less than a hundredth of the half-width asked for; z over renders.
+///
+/// It is a little: with 1,000 renders, 0.20 % ± 0.05 % where 40 % is asked for and one direction in 256 meets the lamp. Pixels that have
+/// met the lamp often are certified sooner than those that have met it seldom.
 ///
 /// Five hundred renders of 32 pixels each: the share of intervals that hold has a standard error of 0.2 %.
 #[test]
@@ -74,7 +77,8 @@ fn optional_stop() {
     for (p, error, renders) in [(1.0 / 64.0, 0.25, 250), (1.0 / 128.0, 0.3, 150), (1.0 / 256.0, 0.4, 100)] {
         let renders = if cfg!(feature = "long") { 1000 } else { renders };
         let found = tally(p, error, 1 << 16, 0..renders);
-        let test = z_test(found.means.mean(), found.means.variance_of_mean().sqrt(), 1.0, sidak_level(ALPHA, 3));
+        let nearest = found.means.mean().clamp(1.0 - 0.01 * error, 1.0 + 0.01 * error);
+        let test = z_test(found.means.mean(), found.means.variance_of_mean().sqrt(), nearest, sidak_level(ALPHA, 3));
         let (z, seen) = (test.z, 100.0 * test.detectable);
         println!("mean of all renders {:.4} of the truth, z {z:+.2}; {seen:.2} % would be seen", found.means.mean());
         assert!(test.p > sidak_level(ALPHA, 3) && test.detectable < 0.02, "{test:?}");

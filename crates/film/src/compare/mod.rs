@@ -12,7 +12,7 @@ pub use heat::{heat_color, heat_map};
 pub use metrics::Metrics;
 pub use verdict::{Tile, Verdict};
 
-use crate::{Display, ExrImage};
+use crate::{Display, ExrImage, SHARED_PATHS};
 
 /// Two pictures that cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -55,6 +55,9 @@ pub struct Picture<'a> {
     pub variance: Option<[&'a [f32]; 3]>,
     /// Degrees of freedom of the variances; infinite where they are well known.
     pub dof: f64,
+    /// Where the pixels of each 2×2 square share paths, so that their errors depend on one another: the place of the first pixel in its
+    /// square.
+    pub squares: Option<[usize; 2]>,
 }
 
 impl<'a> Picture<'a> {
@@ -66,17 +69,20 @@ impl<'a> Picture<'a> {
     pub fn of(image: &'a ExrImage, variance: Option<&'a ExrImage>) -> Result<Self, CompareError> {
         let rgb = image.rgb("").ok_or(CompareError::NoPicture("the image"))?;
         let (width, height) = (image.width, image.height);
+        let metadata = image.surelight_metadata();
+        let shares = metadata.as_ref().is_some_and(|metadata| metadata.settings.contains_key(SHARED_PATHS));
+        let squares = shares.then(|| image.position.map(|at| at.rem_euclid(2) as usize));
         if let Some(file) = variance {
             if (file.width, file.height) != (width, height) {
                 return Err(CompareError::Size { a: [width, height], b: [file.width, file.height] });
             }
             let variance = file.rgb("").ok_or(CompareError::NoPicture("the variance"))?;
-            return Ok(Self { width, height, rgb, variance: Some(variance), dof: f64::INFINITY });
+            return Ok(Self { width, height, rgb, variance: Some(variance), dof: f64::INFINITY, squares });
         }
-        let batches = image.surelight_metadata().map_or(0, |metadata| metadata.batches);
+        let batches = metadata.map_or(0, |metadata| metadata.batches);
         // Another program's layer of that name may hold anything, such as the variance of one sample.
         let variance = image.rgb("Variance").filter(|_| batches >= 2);
-        Ok(Self { width, height, rgb, variance, dof: f64::from(batches) - 1.0 })
+        Ok(Self { width, height, rgb, variance, dof: f64::from(batches) - 1.0, squares })
     }
 
     fn pixel(&self, i: usize) -> [f64; 3] {
@@ -174,12 +180,13 @@ pub(crate) mod testing {
         pub(crate) width: usize,
         pub(crate) rgb: [Vec<f32>; 3],
         pub(crate) variance: Option<[Vec<f32>; 3]>,
+        pub(crate) squares: Option<[usize; 2]>,
     }
 
     impl Planes {
         pub(crate) fn new(width: usize, height: usize, value: impl Fn(usize, usize) -> [f32; 3]) -> Self {
             let plane = |c: usize| (0..width * height).map(|i| value(i % width, i / width)[c]).collect();
-            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None }
+            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None, squares: None }
         }
 
         pub(crate) fn picture(&self) -> Picture<'_> {
@@ -189,6 +196,7 @@ pub(crate) mod testing {
                 rgb: self.rgb.each_ref().map(Vec::as_slice),
                 variance: self.variance.as_ref().map(|planes| planes.each_ref().map(Vec::as_slice)),
                 dof: 15.0,
+                squares: self.squares,
             }
         }
     }

@@ -8,6 +8,7 @@ mod caustics;
 mod emitters;
 mod environment;
 mod instances;
+mod interreflection;
 mod light_tree;
 mod lights;
 mod materials;
@@ -104,6 +105,18 @@ pub enum Sampler {
     Sobol,
 }
 
+/// Whether neighbouring pixels use each other's paths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SharedPaths {
+    /// They do not.
+    #[default]
+    Off,
+    /// They do where most of the light of the picture may come from surface to surface.
+    Auto,
+    /// They do.
+    On,
+}
+
 /// What to render, beside the scene and the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -121,6 +134,9 @@ pub struct Settings {
     /// (on the Cornell box by a fifth at 64 samples a pixel), but batches then balance one another out, and what their
     /// spread tells of the error is too large.
     pub one_scramble: bool,
+    /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
+    /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
+    pub shared_paths: SharedPaths,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -148,6 +164,7 @@ impl Settings {
             integrator: Integrator::default(),
             sampler: Sampler::default(),
             one_scramble: false,
+            shared_paths: SharedPaths::default(),
             seed: 0,
             aperture: None,
             focus: None,
@@ -251,6 +268,14 @@ impl Prepared {
                 unreachable::find(scene, &accel, &lights.area, scene.environment.is_some(), eye.as_ref())
             }
         };
+        features.shared_paths = may_share_paths(settings, &features)
+            && match settings.shared_paths {
+                SharedPaths::Off => false,
+                SharedPaths::Auto => {
+                    interreflection::share(scene, &accel, camera, &view) >= least_interreflection(&features)
+                }
+                SharedPaths::On => true,
+            };
         let layout = AttributeLayout::of(scene, &features);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
@@ -348,6 +373,10 @@ impl Tables {
         // Not so where nothing smooth can be seen, say, or the camera is inside glass.
         let traced = settings.integrator == Integrator::Caustics && features.delta_lobes && features.light_sampling;
         features.caustics = traced && refusal(settings, &features).is_none();
+        // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
+        features.shared_paths = may_share_paths(settings, &features)
+            && (settings.shared_paths == SharedPaths::On
+                || settings.shared_paths == SharedPaths::Auto && !features.ggx);
         let layout = AttributeLayout::of(scene, &features);
         let constants = path_constants(Room::likely(scene), &layout, self.environment.as_ref());
         Blueprint { features, constants }
@@ -445,6 +474,24 @@ pub fn may_have_caustics(scene: &Scene) -> bool {
     let smooth = |m: &surelight_scene::Material| may_be_smooth(&PreparedMaterial::new(scene, m, &mut textures));
     let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
     used.into_iter().map(|i| &scene.materials[i]).any(smooth)
+}
+
+/// Whether there is something that neighbours can share. Where the choice of a colour or of a medium hangs on the path's past, they cannot.
+fn may_share_paths(settings: &Settings, features: &Features) -> bool {
+    let light =
+        features.light_sampling || features.emission || features.environment_uniform || features.environment_map;
+    let bounces = settings.max_bounces.is_none_or(|most| most > 1);
+    settings.integrator == Integrator::Mis
+        && light
+        && bounces
+        && !features.receiver
+        && !features.dispersion
+        && !features.nested
+}
+
+/// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
+fn least_interreflection(features: &Features) -> f64 {
+    if features.ggx { 0.6 } else { 0.35 }
 }
 
 /// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.

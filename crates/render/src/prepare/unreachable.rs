@@ -180,13 +180,13 @@ fn specular_share(m: &Material) -> f64 {
 }
 
 /// The i-th of n points that fill the unit square evenly (a lattice along the golden ratio).
-fn point(i: u32, n: u32) -> DVec2 {
+pub(super) fn point(i: u32, n: u32) -> DVec2 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     DVec2::new((f64::from(i) + 0.5) / f64::from(n), (f64::from(i) * GOLDEN).fract())
 }
 
 /// A direction by its cosine and turn about an axis.
-fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let (sin, cos) = (TAU * turn).sin_cos();
     axis * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()

@@ -7,7 +7,7 @@ use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
-use crate::options::RenderArgs;
+use crate::options::{RenderArgs, SharedPaths};
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 
@@ -89,6 +89,11 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         integrator: args.method.integrator(),
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
+        shared_paths: match args.shared_paths {
+            SharedPaths::Auto => surelight_render::SharedPaths::Auto,
+            SharedPaths::On => surelight_render::SharedPaths::On,
+            SharedPaths::Off => surelight_render::SharedPaths::Off,
+        },
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

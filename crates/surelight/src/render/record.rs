@@ -1,8 +1,8 @@
 //! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
 
 use serde_json::{Map, Value, json};
-use surelight_film::{Film, Metadata, Part, Window};
-use surelight_render::{Counts, Device, Standing};
+use surelight_film::{Film, Metadata, Part, SHARED_PATHS, Window};
+use surelight_render::{Counts, Device, Renderer, Standing};
 
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
@@ -26,7 +26,7 @@ impl Record {
         method: &MethodArgs,
         loaded: &Loaded,
         device: &Device,
-        kernel: &str,
+        renderer: &Renderer<'_>,
         window: Window,
     ) -> Self {
         let goal = args.stop.goal(std::time::Duration::ZERO);
@@ -34,13 +34,13 @@ impl Record {
             size: window.whole,
             planned_samples: goal.spp.filter(|_| goal.precision.is_none()).map(u64::from),
             asked_samples: args.parts.samples.map(|samples| samples.map(u64::from)),
-            kernel: fingerprint::of_text(kernel),
+            kernel: fingerprint::of_text(&renderer.wgsl),
             ..Part::default()
         };
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene_hash: loaded.scene_hash.clone(),
-            settings: settings(args, method, loaded),
+            settings: settings(args, method, loaded, renderer.features.shared_paths),
             seed: args.seed.into(),
             crop: (!window.is_all()).then(|| window.edges()),
             device: device.info.name.clone(),
@@ -102,7 +102,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
 }
 
 /// What shapes the picture, by the names of the options.
-fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Map<String, Value> {
+fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_paths: bool) -> Map<String, Value> {
     let view = &loaded.view;
     let camera = json!({
         "name": view.camera.name,
@@ -127,6 +127,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Map<Stri
         ("directions", json!(method.directions_in_force().map(word))),
         ("sampler", json!(word(method.sampler))),
         ("scrambles", json!(args.is_one_sequence().then_some(1))),
+        (SHARED_PATHS, json!(shared_paths.then_some(true))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),
