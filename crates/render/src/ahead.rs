@@ -12,7 +12,7 @@ use crate::{
     pass::{GROUP, Pass},
     prepare::Blueprint,
     reflect::{Binding, RecordLayout},
-    renderer::{PATH_ENTRY, cpu_threads, path_kernel},
+    schedule::{PATH_ENTRY, cpu_threads, path_kernel},
     upload::Uploader,
 };
 

@@ -18,7 +18,8 @@ use crate::{
     pass::{GROUP, Tile},
     prepare::Prepared,
     reflect::RecordLayout,
-    renderer::{LEAST_BUDGET, LONGEST_DISPATCH, MOST_BUDGET, Observer, Renderer, SHORTEST_DISPATCH},
+    renderer::Renderer,
+    schedule::{LEAST_BUDGET, LONGEST_DISPATCH, MOST_BUDGET, Observer, SHORTEST_DISPATCH},
     upload::Uploader,
 };
 

@@ -4,12 +4,7 @@ use std::time::{Duration, Instant};
 
 use surelight_film::Film;
 
-use crate::{
-    batches::Batches,
-    error::RenderError,
-    renderer::{Counts, Renderer},
-    standing::Standing,
-};
+use crate::{batches::Batches, error::RenderError, renderer::Renderer, schedule::Counts, standing::Standing};
 
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
 const SHORT: f64 = 2.0;

@@ -11,8 +11,8 @@ use super::{
     casters::{self, Ball},
     environment::EnvironmentTable,
     lights::{KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
+    lobes::transmits,
     luminance,
-    materials::transmits,
 };
 
 /// Where particles go, and how their light is added up.

@@ -8,7 +8,7 @@ use surelight_accel::{Accel, Hit, NO_INSTANCE, Ray};
 use surelight_scene::{Camera, Material, Projection, Scene};
 
 use super::{
-    materials::has_facets,
+    lobes::has_facets,
     unreachable::{about, point},
     view::View,
 };

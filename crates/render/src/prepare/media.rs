@@ -6,7 +6,7 @@
 use glam::DVec3;
 use surelight_scene::{Instance, Scene};
 
-use super::materials::transmits;
+use super::lobes::transmits;
 
 /// Placements beyond which nobody counts whether they overlap.
 const MANY: usize = 2000;

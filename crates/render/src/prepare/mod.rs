@@ -11,11 +11,13 @@ mod instances;
 mod interreflection;
 mod light_tree;
 mod lights;
+mod lobes;
 mod materials;
 mod media;
 mod microfacets;
 mod octahedral;
 mod parallelograms;
+mod settings;
 mod sheen;
 mod slots;
 mod textures;
@@ -33,10 +35,10 @@ use self::{
     caustics::Caustics,
     environment::EnvironmentTable,
     lights::{LightKinds, Lights},
-    materials::{
-        PreparedMaterial, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
-        sends_through, transmits,
+    lobes::{
+        has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy, sends_through, transmits,
     },
+    materials::PreparedMaterial,
     slots::Slot,
     textures::Textures,
     unreachable::Eye,
@@ -44,6 +46,7 @@ use self::{
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
 pub(crate) use self::microfacets::facet_albedos;
+pub use self::settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
 pub use self::{blueprint::Blueprint, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
 pub(crate) use self::{
     instances::InstanceRows,
@@ -52,129 +55,6 @@ pub(crate) use self::{
     textures::TextureUse,
     view::View,
 };
-
-/// Estimators of the rendering equation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Integrator {
-    /// Directions are sampled; emitters are found by chance.
-    Hemisphere(Directions),
-    /// Points on emitters are sampled.
-    Area,
-    /// Both, combined by multiple importance sampling.
-    #[default]
-    Mis,
-    /// The same, but that light which comes to scattering surfaces by mirrors and smooth glass is traced from the lights.
-    Caustics,
-    /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse surfaces: biased.
-    Whitted,
-}
-
-impl Integrator {
-    /// The hemisphere form with its usual directions.
-    pub fn default_hemisphere() -> Self {
-        Self::Hemisphere(Directions::default())
-    }
-
-    /// Whether the expected value is not the radiance.
-    pub fn is_biased(self) -> bool {
-        self == Self::Whitted
-    }
-}
-
-/// How the hemisphere form samples directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Directions {
-    /// Uniform in solid angle.
-    Uniform,
-    /// By the cosine.
-    Cosine,
-    /// By the BSDF.
-    #[default]
-    Bsdf,
-}
-
-/// Sources of random numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Sampler {
-    /// A hash for each number.
-    Independent,
-    /// Jittered strata of a batch's samples.
-    Stratified,
-    /// Owen-scrambled Sobol points.
-    #[default]
-    Sobol,
-}
-
-/// Whether neighbouring pixels use each other's paths.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum SharedPaths {
-    /// They do not.
-    #[default]
-    Off,
-    /// They do where most of the light of the picture may come from surface to surface.
-    Auto,
-    /// They do.
-    On,
-}
-
-/// What to render, beside the scene and the camera.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    /// Pixels.
-    pub width: u32,
-    /// Pixels.
-    pub height: u32,
-    /// Scattering events that a path may have: 0 emission only, 1 direct light; `None`: Russian roulette alone ends paths.
-    pub max_bounces: Option<u32>,
-    /// How paths are sampled.
-    pub integrator: Integrator,
-    /// Where their random numbers come from.
-    pub sampler: Sampler,
-    /// Sobol points: all batches are pieces of one scrambled sequence instead of a scramble each. The picture's error is smaller
-    /// (on the Cornell box by a fifth at 64 samples a pixel), but batches then balance one another out, and what their
-    /// spread tells of the error is too large.
-    pub one_scramble: bool,
-    /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
-    /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
-    pub shared_paths: SharedPaths,
-    /// Renders with different seeds are independent.
-    pub seed: u32,
-    /// Diameter of a thin lens, metres; `None`: a pinhole.
-    pub aperture: Option<f32>,
-    /// Distance of the plane in focus, metres.
-    pub focus: Option<f32>,
-    /// Reflections of rough surfaces get back what their facets lose by scattering once; glTF defines single scattering.
-    pub multiple_scattering: bool,
-    /// Clamp of a sample's components: biased.
-    pub max_radiance: Option<f32>,
-    /// Instead of a picture, each pixel estimates the radiance that a white Lambertian point at the camera's place, facing along its
-    /// −Z, would send out: times π, the irradiance there.
-    pub receiver: bool,
-    /// How much time the BVH may take.
-    pub build: BuildOptions,
-}
-
-impl Settings {
-    /// Unlimited bounces, seed 0, a pinhole, unbiased.
-    pub fn new(width: u32, height: u32) -> Self {
-        Self {
-            width,
-            height,
-            max_bounces: None,
-            integrator: Integrator::default(),
-            sampler: Sampler::default(),
-            one_scramble: false,
-            shared_paths: SharedPaths::default(),
-            seed: 0,
-            aperture: None,
-            focus: None,
-            max_radiance: None,
-            multiple_scattering: false,
-            receiver: false,
-            build: BuildOptions::default(),
-        }
-    }
-}
 
 /// A scene seen by a camera, ready to be uploaded.
 pub struct Prepared {

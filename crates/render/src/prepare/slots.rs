@@ -2,7 +2,7 @@
 
 use surelight_scene::{Material, TextureRef};
 
-use super::materials::{has_facets, has_film, is_anisotropic, is_coated, is_fibrous, sends_through};
+use super::lobes::{has_facets, has_film, is_anisotropic, is_coated, is_fibrous, sends_through};
 use crate::features::Features;
 
 /// A texture's place in a material.

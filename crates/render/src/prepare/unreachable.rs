@@ -21,7 +21,7 @@ use surelight_accel::{Accel, Ray};
 use surelight_scene::{AlphaMode, Camera, Light, LightKind, Material, Projection, Scene};
 
 use super::lights::AreaLight;
-use super::materials::{has_facets, is_coated};
+use super::lobes::{has_facets, is_coated};
 use super::view::View;
 
 /// Rays from a light without extent, and from all emitters together.
