@@ -4,8 +4,11 @@ use std::sync::LazyLock;
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Moments, sidak_level, z_test};
+use surelight_render::Settings;
+use surelight_scene::procedural::torture;
 use surelight_tests::bsdf::{BsdfProbe, Material, uniforms};
 use surelight_tests::bsdf_oracle::{albedo, fresnel_exact};
+use surelight_tests::render::render;
 
 const ALPHA: f64 = 0.01;
 
@@ -196,5 +199,33 @@ fn lambert_has_no_variance() {
         assert_eq!(e.albedo, m.base_color);
         let expected = DVec3::from(m.base_color.map(f64::from)) * 0.8 / std::f64::consts::PI;
         assert!((DVec3::from(e.value.map(f64::from)) - expected).length() < 1e-7);
+    }
+}
+
+/// The scene of case 28 itself: a pixel a plate, smooth at one end and of α = 1 at the other; in between ever less is returned.
+#[test]
+fn furnace_ggx_as_a_picture() {
+    let film = render(&torture::scene("furnace-ggx"), &Settings::new(6, 1), 16, 1024);
+    let level = sidak_level(ALPHA, 2);
+    for (plate, truth) in [(0, 1.0), (5, 1.0 - 2f64.ln())] {
+        // α = 0.001 loses a hundred-thousandth to facets that send light down.
+        let error = film.variance_of_mean(plate).expect("16 batches")[1].sqrt().hypot(2e-5);
+        let test = z_test(film.mean(plate)[1], error, truth, level);
+        println!("plate {plate}: {:.5} ± {error:.1e}, exactly {truth:.5}", film.mean(plate)[1]);
+        assert!(test.p > level && test.detectable < 0.01, "plate {plate}: {test:?}");
+    }
+    assert!((1..6).all(|i| film.mean(i)[1] < film.mean(i - 1)[1] + 1e-5), "rougher metal returns less");
+}
+
+/// The scene of case 29 itself: a metal of α = 0.0002 and a smooth one beside each other.
+#[test]
+fn ggx_mirror_as_a_picture() {
+    let film = render(&torture::scene("ggx-mirror"), &Settings::new(2, 1), 16, 64);
+    let schlick = |f0: f64| f0 + (1.0 - f0) * (1.0 - 0.5f64.sqrt()).powi(5);
+    for (pixel, name) in [(0, "rough"), (1, "smooth")] {
+        for (found, f0) in film.mean(pixel).into_iter().zip([0.9, 0.5, 0.1]) {
+            // Linear in the lobe's width at most.
+            assert!((found / schlick(f0) - 1.0).abs() < 1e-3, "{name}: {found} instead of {}", schlick(f0));
+        }
     }
 }
