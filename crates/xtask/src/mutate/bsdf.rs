@@ -27,7 +27,7 @@ pub(super) const ROWS: &[Mutation] = &[
         case: 29,
         mistake: "a smooth interface that forgets that radiance changes by η²",
         file: "shaders/bsdf/base.wesl",
-        from: "let eta2 = select(b.eta * b.eta, 1.0, b.thin);",
+        from: "let eta2 = select(b.eta * b.eta, 1.0, b.thin == 1u);",
         to: "let eta2 = 1.0;",
         binary: BINARY,
         test: "energy::ggx_mirror",
