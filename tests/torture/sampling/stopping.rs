@@ -79,6 +79,11 @@ fn optional_stop() {
         let found = tally(p, error, 1 << 16, 0..renders);
         let nearest = found.means.mean().clamp(1.0 - 0.01 * error, 1.0 + 0.01 * error);
         let test = z_test(found.means.mean(), found.means.variance_of_mean().sqrt(), nearest, sidak_level(ALPHA, 3));
+        if cfg!(feature = "long") && p < 0.005 {
+            // The known issue: a thousand renders show it.
+            let unbiased = z_test(found.means.mean(), found.means.variance_of_mean().sqrt(), 1.0, ALPHA);
+            assert!(unbiased.p < ALPHA, "stopping no longer biases: the known issue is one no more, {unbiased:?}");
+        }
         let (z, seen) = (test.z, 100.0 * test.detectable);
         println!("mean of all renders {:.4} of the truth, z {z:+.2}; {seen:.2} % would be seen", found.means.mean());
         assert!(test.p > sidak_level(ALPHA, 3) && test.detectable < 0.02, "{test:?}");
