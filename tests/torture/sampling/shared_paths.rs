@@ -136,9 +136,8 @@ fn neighbours_agree_under_a_map() {
     check(&forms::sky_map(), 16, 0.01, 0.95);
 }
 
-/// Coverage by chance must be the same for all that look at a point.
-#[test]
-fn neighbours_agree_about_veils() {
+/// Sheets that are there by chance.
+fn veils() -> Scene {
     let mut scene = forms::lamp();
     scene.name = "veils".into();
     let veil = Material {
@@ -153,7 +152,30 @@ fn neighbours_agree_about_veils() {
         let sheet = Shape::parallelogram(DVec3::new(x, 0.4, 0.2), DVec3::new(0.1, 0.0, 0.6), DVec3::Y * 0.4);
         add(&mut scene, sheet, veil.clone());
     }
-    check(&scene, 16, 0.02, 0.95);
+    scene
+}
+
+/// Coverage by chance must be the same for all that look at a point.
+#[test]
+fn neighbours_agree_about_veils() {
+    check(&veils(), 16, 0.02, 0.95);
+}
+
+/// However one sequence is cut into passes, and chance about veils with it.
+#[test]
+fn slices_have_the_bits_of_the_whole() {
+    let settings = Settings { shared_paths: SharedPaths::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
+    let prepared = prepare(&veils(), &settings);
+    assert!(prepared.features.alpha && prepared.features.shared_paths);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
+    let mut film = |passes: &[(u32, u32)]| {
+        let mut film = Film::new(SIZE[0], SIZE[1]);
+        for &(first, batches) in passes {
+            renderer.trace(&mut film, first, batches, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+        }
+        all(&film).map(|i| film.mean(i)).collect::<Vec<_>>()
+    };
+    assert_eq!(film(&[(0, 4)]), film(&[(0, 1), (4, 2), (12, 1)]));
 }
 
 /// Shading normals that lean by some 20° from those of the balls.
