@@ -121,7 +121,6 @@ pub fn with_everything(mut scene: Scene) -> Scene {
     scene.materials.push(general);
     let general = scene.materials.len() - 1;
     scene.materials.push(Material { unlit: true, base_color: [0.0, 0.0, 0.0, 1.0], ..Material::default() });
-    // Enough triangles that two copies are worth instances.
     let mut mesh: Mesh = Shape::uv_sphere(48, 48).into_mesh("everything", general, true);
     mesh.uvs.push(mesh.uvs[0].iter().map(|uv| Vec2::new(uv.y, uv.x)).collect());
     mesh.colors = Some(vec![Vec4::new(0.9, 0.8, 0.7, 0.9); mesh.positions.len()]);
@@ -132,6 +131,15 @@ pub fn with_everything(mut scene: Scene) -> Scene {
         // They overlap, as volumes may.
         let translation = at + DVec3::X * f64::from(k) * 1.5e-3 * size;
         scene.instances.push(Instance { mesh: sphere, to_world: DAffine3 { matrix3, translation } });
+    }
+    // Instances begin where copies would come to a million triangles.
+    let crowd = Shape::uv_sphere(8, 12).into_mesh("crowd", general + 1, true);
+    let count = (1 << 20) / crowd.triangles.len() + 1;
+    scene.meshes.push(crowd);
+    for k in 0..count {
+        let translation = at + DVec3::new((k % 100) as f64, 200.0, (k / 100) as f64) * 1e-4 * size;
+        let to_world = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(3e-5 * size)), translation };
+        scene.instances.push(Instance { mesh: scene.meshes.len() - 1, to_world });
     }
     let card = Shape::parallelogram(at + DVec3::Y * 5e-3 * size, DVec3::X * 1e-4 * size, DVec3::Z * 1e-4 * size);
     scene.meshes.push(card.bare().into_mesh("unlit", general + 1, false));

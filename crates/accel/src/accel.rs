@@ -37,8 +37,8 @@ pub struct Accel {
     pub triangles: Vec<TriangleSource>,
     /// By instance index; empty when everything is copied.
     pub instances: Vec<InstanceRecord>,
-    /// Most entries that a walk pushes which keeps one a node, plus one to mark the way out of an instance. At most
-    /// [`crate::MOST_STACK`].
+    /// Most entries that a walk pushes which keeps one a node, plus one to mark the way out of an instance, which only walks of the
+    /// binary layout do. At most [`crate::MOST_STACK`].
     pub stack_depth: u32,
     /// Around everything that can be hit, in camera space; empty when nothing can.
     pub bounds: Bounds,

@@ -15,8 +15,9 @@ pub enum Quality {
 /// Which meshes are placed as instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Instancing {
-    /// A mesh of at least 64 triangles placed at least twice, whose copies would come to 4096 triangles or more. A
-    /// placement whose matrix is singular or whose condition number is above some 1e4 is copied all the same.
+    /// A mesh of at least 64 triangles placed at least twice, whose copies would come to 4096 triangles or more; none, where the copies
+    /// of all such meshes come to less than 2^20. A placement whose matrix is singular or whose condition number is above some 1e4 is
+    /// copied all the same.
     #[default]
     Auto,
     /// None: everything is copied.

@@ -11,8 +11,11 @@ use crate::{
 
 /// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
 const LEAST_TRIANGLES: usize = 64;
-/// Meshes whose copies come to fewer triangles are copied: they fit in a cache anyway.
+/// A mesh whose copies come to fewer triangles is copied: they fit in a cache anyway.
 const LEAST_COPIES: usize = 4096;
+/// All meshes are copied where the copies together come to fewer triangles: 50 MiB and half a second of building, after which each step
+/// of a walk is cheaper by a sixth, for it need not be ready to enter instances (docs/performance.md).
+const LEAST_TOTAL: usize = 1 << 20;
 /// Placements that blow rounding errors up by more than this are copied in f64 instead.
 const MOST_CONDITION: f64 = 1e4;
 
@@ -124,21 +127,27 @@ fn uses(scene: &Scene) -> Vec<usize> {
     uses
 }
 
-/// Whether a mesh is placed as instances wherever its placement can be inverted.
-fn is_shared(mesh: &Mesh, uses: usize, instancing: Instancing) -> bool {
-    let n = mesh.triangles.len();
-    match instancing {
-        Instancing::Auto => uses >= 2 && n >= LEAST_TRIANGLES && n.saturating_mul(uses) >= LEAST_COPIES,
-        Instancing::Never => false,
-        Instancing::Always => n > 0,
+/// Whether each mesh is placed as instances, wherever its placement can be inverted.
+fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
+    let uses = uses(scene);
+    let copies = |k: usize| scene.meshes[k].triangles.len().saturating_mul(uses[k]);
+    let worth =
+        |k: usize| uses[k] >= 2 && scene.meshes[k].triangles.len() >= LEAST_TRIANGLES && copies(k) >= LEAST_COPIES;
+    let all = 0..scene.meshes.len();
+    match options.instancing {
+        Instancing::Auto => {
+            let total = all.clone().filter(|&k| worth(k)).map(copies).fold(0, usize::saturating_add);
+            all.map(|k| total >= LEAST_TOTAL && worth(k)).collect()
+        }
+        Instancing::Never => vec![false; all.len()],
+        Instancing::Always => all.map(|k| uses[k] > 0 && copies(k) > 0).collect(),
     }
 }
 
 /// Whether a build will most probably place some mesh as instances, told without building: wrong where none of its placements can be
 /// inverted, or none of its triangles is sound.
 pub fn expects_instances(scene: &Scene, options: &BuildOptions) -> bool {
-    let uses = uses(scene);
-    scene.meshes.iter().zip(uses).any(|(mesh, uses)| uses > 0 && is_shared(mesh, uses, options.instancing))
+    shared(scene, options).contains(&true)
 }
 
 pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Placed {
@@ -148,8 +157,7 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     };
 
     let uses = uses(scene);
-    let shared: Vec<bool> =
-        scene.meshes.iter().zip(&uses).map(|(mesh, &uses)| is_shared(mesh, uses, options.instancing)).collect();
+    let shared = shared(scene, options);
     let reach: Vec<f64> =
         scene.meshes.iter().zip(&shared).map(|(mesh, &shared)| if shared { reach(mesh) } else { 0.0 }).collect();
 

@@ -16,7 +16,7 @@ pub const LEAST_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
 pub const SUM_SLACK: f32 = 1.0 / (1 << 22) as f32;
 
 /// Marks on the stack where an instance was entered. No item has this index.
-pub(crate) const LEAVE_INSTANCE: u32 = u32::MAX;
+const LEAVE_INSTANCE: u32 = u32::MAX;
 
 /// A ray in camera space.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 use crate::{
     Accel, Hit, Item, MOST_STACK, NO_INSTANCE, Ray, safe_reciprocal,
-    walk::LEAVE_INSTANCE,
     wide::{Kind, SLAB_PADDING, kind, step},
 };
 
@@ -115,6 +114,8 @@ impl Accel {
         let mut t_max = ray.t_max;
         let mut stack = [0u32; MOST_STACK as usize];
         let mut height = 0;
+        // Of the stack where the instance was entered.
+        let mut floor = 0;
         let mut at = 0u32;
         let mut steps = 0;
         loop {
@@ -149,8 +150,7 @@ impl Accel {
                     }
                 }
                 Kind::Instance => {
-                    stack[height] = LEAVE_INSTANCE;
-                    height += 1;
+                    floor = height;
                     let rows = [(item.vec3(0), 3), (item.vec3(4), 7), (item.vec3(8), 12)];
                     local = Local::new(
                         Vec3::from_array(rows.map(|(row, shift)| row.dot(world.origin) + item.float(shift))),
@@ -160,20 +160,18 @@ impl Accel {
                     next = Some(item.0[13]);
                 }
             }
-            while next.is_none() && height > 0 {
+            if next.is_none() && instance != NO_INSTANCE && height == floor {
+                local = world;
+                instance = NO_INSTANCE;
+            }
+            if next.is_none() && height > 0 {
                 let top = stack[height - 1];
-                if top == LEAVE_INSTANCE {
+                let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
+                next = Some((top >> 6) + first);
+                if first == second {
                     height -= 1;
-                    local = world;
-                    instance = NO_INSTANCE;
                 } else {
-                    let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
-                    next = Some((top >> 6) + first);
-                    if first == second {
-                        height -= 1;
-                    } else {
-                        stack[height - 1] = top & !63 | second | third << 2 | third << 4;
-                    }
+                    stack[height - 1] = top & !63 | second | third << 2 | third << 4;
                 }
             }
             match next {
@@ -205,7 +203,7 @@ mod tests {
             let mut top = entry(0x3ff_fffe, order);
             let mut given = Vec::new();
             loop {
-                assert!(top >> 6 == 0x3ff_fffe && top != LEAVE_INSTANCE);
+                assert!(top >> 6 == 0x3ff_fffe);
                 let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
                 given.push(first);
                 if first == second {

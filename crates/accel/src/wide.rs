@@ -48,7 +48,7 @@
 //! # Stack
 //! One entry a node: `first child item << 6 | s0 | s1 << 2 | s2 << 4`, children still to be visited in order; the last
 //! number is repeated to fill up, so (a, b, b) is a then b. To take one: visit s0; if s1 = s0 the entry is done, else it
-//! becomes (s1, s2, s2). An instance leaves u32::MAX behind to mark the way out. Items stay below 2²⁶ − 1.
+//! becomes (s1, s2, s2). Who enters an instance remembers how high the stack is: back there, the world goes on. Items stay below 2²⁶ − 1.
 
 use glam::{DVec3, Vec3};
 

@@ -288,8 +288,8 @@ fn indices_out_of_range_are_refused() {
 fn only_reused_meshes_become_instances() {
     let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
     let flat = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0)), translation: DVec3::X * 30.0 };
-    let meshes = || vec![sphere(32, 64), sphere(4, 8), sphere(32, 64)];
-    // Mesh 0 is big and placed three times, once squashed flat; mesh 1 is small; mesh 2 is placed once.
+    let meshes = || vec![sphere(380, 760), sphere(4, 8), sphere(32, 64)];
+    // Mesh 0 is big, two of it have more than a million triangles, and a third is squashed flat; mesh 1 is small; mesh 2 is placed once.
     let placements = [(0, at(0.0)), (0, at(3.0)), (1, at(6.0)), (1, at(9.0)), (2, at(12.0)), (0, flat)];
     let accel = build(&scene(meshes(), &placements), &BuildOptions::default());
     let placed: Vec<u32> = accel.instances.iter().map(|r| r.scene_instance).collect();
@@ -306,6 +306,9 @@ fn only_reused_meshes_become_instances() {
     inspect(&accel);
     corners_are_inside(&accel);
     assert!(build(&scene(meshes(), &placements[..1]), &BuildOptions::default()).instances.is_empty());
+    // Fewer triangles than that are copied.
+    let few = vec![sphere(32, 64), sphere(4, 8), sphere(32, 64)];
+    assert!(build(&scene(few, &placements), &BuildOptions::default()).instances.is_empty());
 }
 
 #[test]
