@@ -25,7 +25,7 @@ fn upper_bits(x: f32, dropped: u32) -> u32 {
 impl BatchSum {
     /// From the sum, the largest luminance of a sample and the sum of squared luminances.
     pub fn new(sum: [f32; 3], largest: f32, squares: f32) -> Self {
-        // Twin of `tail_word` in shaders/kernel/state.wesl.
+        // Twin of `tail_word` in shaders/kernel/samples.wesl.
         Self { sum, tail: upper_bits(largest.max(f32::MIN_POSITIVE), 11) << 12 | upper_bits(squares, 19) }
     }
 

@@ -57,7 +57,7 @@ pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
 
 /// Root module of the path kernel, and the record that it keeps between dispatches.
 pub fn path_kernel(features: &Features) -> (&'static str, &'static str) {
-    if features.shared_paths { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "PathState") }
+    if features.shared_paths { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
 }
 
 /// Pixels along a side of the square that a lane works on.

@@ -8,7 +8,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 40,
         mistake: "a batch in one f32 sum",
-        file: "shaders/kernel/path.wesl",
+        file: "shaders/kernel/samples.wesl",
         from: "const SUBTOTAL: u32 = 64u;",
         to: "const SUBTOTAL: u32 = 1073741824u;",
         binary: BINARY,

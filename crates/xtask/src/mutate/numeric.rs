@@ -17,7 +17,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 2,
         mistake: "samples clamped at 10",
-        file: "shaders/kernel/path.wesl",
+        file: "shaders/kernel/samples.wesl",
         from: "let good = all_finite(sample);",
         to: "sample = min(sample, vec3f(10.0)); let good = all_finite(sample);",
         binary: BINARY,
@@ -71,7 +71,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 8,
         mistake: "samples that are not finite are kept",
-        file: "shaders/kernel/path.wesl",
+        file: "shaders/kernel/samples.wesl",
         from: "sample = select(vec3f(0.0), sample, good);",
         to: "sample = select(sample, sample, good);",
         binary: BINARY,
