@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
+use bytemuck::{AnyBitPattern, NoUninit};
+
 use crate::error::RenderError;
 
 /// Which adapter to use.
@@ -193,6 +195,31 @@ impl Device {
         drop(view);
         buffer.unmap();
         Ok(value)
+    }
+
+    /// Reads `size` bytes of a buffer from `start` on, as records, by way of a buffer that can be mapped.
+    pub(crate) fn fetch<T: AnyBitPattern + NoUninit>(
+        &self,
+        buffer: &wgpu::Buffer,
+        start: u64,
+        size: u64,
+        readback: &wgpu::Buffer,
+    ) -> Result<Vec<T>, RenderError> {
+        self.scoped("a copy", || {
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, start, readback, 0, size);
+            self.queue.submit([encoder.finish()]);
+        })?;
+        self.read(readback, size, bytemuck::pod_collect_to_vec)
+    }
+
+    /// Zeroes the first `size` bytes of a buffer; all of them for `None`.
+    pub(crate) fn clear(&self, buffer: &wgpu::Buffer, size: Option<u64>) -> Result<(), RenderError> {
+        self.scoped("clearing a buffer", || {
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.clear_buffer(buffer, 0, size);
+            self.queue.submit([encoder.finish()]);
+        })
     }
 
     /// Waits until the device has done everything submitted.

@@ -8,6 +8,7 @@ mod ahead;
 mod batches;
 mod compose;
 mod device;
+mod dispatch;
 mod error;
 mod features;
 mod images;

@@ -12,14 +12,14 @@ use surelight_film::BatchSum;
 use crate::{
     compose::compose,
     device::Device,
+    dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
     features::Features,
     kernel::{Checks, Kernel, Resource, Resources},
-    pass::{GROUP, Tile},
+    pass::{EmissionPass, GROUP, Run, Tile},
     prepare::Prepared,
     reflect::RecordLayout,
-    renderer::Renderer,
-    schedule::{LEAST_BUDGET, LONGEST_DISPATCH, MOST_BUDGET, Observer, SHORTEST_DISPATCH},
+    schedule::{Counts, Observer},
     upload::Uploader,
 };
 
@@ -44,26 +44,6 @@ const ROOT_UNITS: f64 = (1u32 << 12) as f64;
 /// Bytes read at once.
 const READ_BYTES: u64 = 1 << 24;
 
-/// Twin of `EmissionPass` in `shaders/kernel/emit.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct EmissionPass {
-    pub(crate) corner: [u32; 2],
-    pub(crate) size: [u32; 2],
-    pub(crate) replicate: u32,
-    pub(crate) sequence: u32,
-    pub(crate) first: u32,
-    pub(crate) count: u32,
-    pub(crate) length: u32,
-    pub(crate) budget: u32,
-    pub(crate) lanes: u32,
-    pub(crate) restart: u32,
-    pub(crate) worth: f32,
-    pub(crate) quantum: f32,
-    pub(crate) square_quantum: f32,
-    pub(crate) unused: u32,
-}
-
 /// What a batch's particles left in a pixel. The kernel's is an array of words in this order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -78,14 +58,16 @@ const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 
 /// The light tracing kernel with its buffers.
 pub(crate) struct Particles {
-    kernel: Kernel,
-    pass: wgpu::Buffer,
+    sliced: Sliced,
     splats: wgpu::Buffer,
     readback: wgpu::Buffer,
     /// Pixels that `splats` has room for.
     room: u64,
     lanes: u32,
-    budget: u32,
+    threads: u32,
+    /// Pixels of the whole picture.
+    size: [u32; 2],
+    one_scramble: bool,
     /// What a particle of the usual flux brings to a pixel.
     usual: f64,
 }
@@ -118,7 +100,17 @@ impl Particles {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
         let kernel = Kernel::new(device, &shader, "trace_particles", checks, resources)?;
-        let particles = Self { kernel, pass, splats, readback, room, lanes, budget: 512, usual: caustics.usual };
+        let particles = Self {
+            sliced: Sliced::new(kernel, pass, |counts| &mut counts.particles, LONGEST),
+            splats,
+            readback,
+            room,
+            lanes,
+            threads,
+            size: prepared.view.size,
+            one_scramble: features.one_scramble,
+            usual: caustics.usual,
+        };
         Ok(Some((particles, shader.wgsl)))
     }
 
@@ -128,45 +120,40 @@ impl Particles {
     }
 
     /// A batch's pass over some of one sequence's particles.
-    fn pass_of(&self, tile: &Tile, image: [u32; 2]) -> EmissionPass {
+    fn pass_of(&self, tile: &Tile) -> EmissionPass {
         EmissionPass {
             corner: tile.corner,
             size: tile.size,
             lanes: self.lanes,
-            worth: (1.0 / particles_a_sample(image) as f64) as f32,
+            worth: (1.0 / self.a_sample() as f64) as f32,
             quantum: (UNITS / self.usual) as f32,
             square_quantum: (ROOT_UNITS / self.usual) as f32,
             ..EmissionPass::default()
         }
     }
-}
 
-/// Particles that one sample of every pixel sends out.
-fn particles_a_sample(image: [u32; 2]) -> u64 {
-    (u64::from(image[0]) * u64::from(image[1])).div_ceil(SAMPLES_A_PARTICLE)
-}
-
-impl Renderer<'_> {
-    /// Drivers compile at the first dispatch: one that has nothing to do.
-    pub(crate) fn warm_up_particles(&self) -> Result<(), RenderError> {
-        let Some(particles) = &self.particles else { return Ok(()) };
-        let lanes = GROUP * self.threads;
-        let pass = EmissionPass { size: [1, 1], lanes, restart: 1, ..EmissionPass::default() };
-        self.run(&particles.kernel, lanes / GROUP, &particles.pass, bytemuck::bytes_of(&pass))?;
-        Ok(())
+    /// Particles that one sample of every pixel sends out.
+    fn a_sample(&self) -> u64 {
+        (u64::from(self.size[0]) * u64::from(self.size[1])).div_ceil(SAMPLES_A_PARTICLE)
     }
 
-    /// Sends out the particles of `batches` batches, numbered and counted as in [`Renderer::trace`], and adds what they leave to the
-    /// sums of tiles, which hold batch after batch. Returns false when the observer stopped it.
-    pub(crate) fn trace_particles(
+    /// Has the driver compile.
+    pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>) -> Result<(), RenderError> {
+        let lanes = GROUP * self.threads;
+        let pass = EmissionPass { size: [1, 1], lanes, restart: 1, ..EmissionPass::default() };
+        self.sliced.warm_up(dispatcher, lanes / GROUP, &pass)
+    }
+
+    /// Sends out the particles of a run, and adds what they leave to the sums of tiles, which hold batch after batch. Returns false when
+    /// the observer stopped it.
+    pub(crate) fn trace(
         &mut self,
+        dispatcher: &Dispatcher<'_>,
+        run: Run,
         results: &mut [(Tile, Vec<BatchSum>)],
-        first_batch: u32,
-        batches: u32,
-        samples: u32,
+        counts: &mut Counts,
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
-        let Some(room) = self.particles.as_ref().map(|p| p.room) else { return Ok(true) };
         // Tiles are bands of one width, from the top: as many of them at once as there is room for.
         let mut rest = results;
         while let Some((first, _)) = rest.first() {
@@ -174,7 +161,7 @@ impl Renderer<'_> {
             let mut rows = 0;
             let fits = |(tile, _): &&(Tile, Vec<BatchSum>)| {
                 rows += u64::from(tile.size[1]);
-                (tile.corner[0], tile.size[0]) == (corner[0], width) && u64::from(width) * rows <= room
+                (tile.corner[0], tile.size[0]) == (corner[0], width) && u64::from(width) * rows <= self.room
             };
             let count = rest.iter().take_while(fits).count();
             if count == 0 {
@@ -185,15 +172,13 @@ impl Renderer<'_> {
             rest = later;
             let height = now.iter().map(|(tile, _)| tile.size[1]).sum();
             let band = Tile { corner, size: [width, height], side: 1 };
-            for k in 0..batches {
-                let (replicate, sample) =
-                    if self.features.one_scramble { (0, first_batch + k * samples) } else { (first_batch + k, 0) };
-                if !self.trace_batch(&band, replicate, sample, samples, observer)? {
+            for k in 0..run.batches {
+                if !self.trace_batch(dispatcher, &band, run, k, counts, observer)? {
                     return Ok(false);
                 }
                 let began = Instant::now();
-                let splats = self.read_splats(band.size)?;
-                self.counts.read_seconds += began.elapsed().as_secs_f64();
+                let splats = self.read_splats(dispatcher.device, band.size)?;
+                counts.read_seconds += began.elapsed().as_secs_f64();
                 for (tile, sums) in now.iter_mut() {
                     self.add_splats(&band, &splats, tile, sums, k as usize)?;
                 }
@@ -202,100 +187,54 @@ impl Renderer<'_> {
         Ok(true)
     }
 
-    /// The particles of one batch.
+    /// The particles of one batch, the `k`th of a run.
     fn trace_batch(
         &mut self,
+        dispatcher: &Dispatcher<'_>,
         band: &Tile,
-        replicate: u32,
-        first_sample: u32,
-        samples: u32,
+        run: Run,
+        k: u32,
+        counts: &mut Counts,
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
-        let Some(particles) = &self.particles else { return Ok(true) };
-        let device = self.device;
-        device.scoped("clearing particles' sums", || {
-            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.clear_buffer(&particles.splats, 0, None);
-            device.queue.submit([encoder.finish()]);
-        })?;
-        let a_sample = particles_a_sample(self.size);
+        dispatcher.device.clear(&self.splats, None)?;
+        let Run { first_batch, samples, .. } = run;
+        let (replicate, first_sample) =
+            if self.one_scramble { (0, first_batch + k * samples) } else { (first_batch + k, 0) };
+        let a_sample = self.a_sample();
         // Samples of a pixel in one sequence.
         let each = (SEQUENCE / a_sample).clamp(1, u64::from(u32::MAX)) as u32;
         let length = (u64::from(samples.min(each)) * a_sample).min(u64::from(u32::MAX)) as u32;
-        let pass = EmissionPass { replicate, length, ..particles.pass_of(band, self.size) };
+        let batch = EmissionPass { replicate, length, ..self.pass_of(band) };
         let mut sample = first_sample;
         let end = first_sample + samples;
         while sample < end {
             let (sequence, at) = (sample / each, sample % each);
-            let run = (each - at).min(end - sample);
-            let count = (u64::from(run) * a_sample) as u32;
+            let these = (each - at).min(end - sample);
+            let count = (u64::from(these) * a_sample) as u32;
             let first = (u64::from(at) * a_sample) as u32;
-            if !self.trace_run(&EmissionPass { sequence, first, count, ..pass }, observer)? {
-                return Ok(false);
-            }
-            sample += run;
-        }
-        Ok(true)
-    }
-
-    /// Dispatches until all particles of a pass have come to their end.
-    fn trace_run(&mut self, pass: &EmissionPass, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
-        let (mut restart, mut done) = (1, 0);
-        loop {
-            let Some(particles) = &self.particles else { return Ok(true) };
-            let started = Instant::now();
-            let budget = particles.budget;
-            let now = EmissionPass { budget, restart, ..*pass };
-            let (report, on_device) =
-                self.run(&particles.kernel, particles.lanes / GROUP, &particles.pass, bytemuck::bytes_of(&now))?;
-            let seconds = started.elapsed();
-            self.counts.device_seconds += on_device.unwrap_or(seconds.as_secs_f64());
-            self.counts.trace_seconds += seconds.as_secs_f64();
-            self.counts.dispatches += 1;
-            self.counts.rays += u64::from(report.rays);
-            self.counts.particles += u64::from(report.paths);
-            self.counts.dropped += u64::from(report.dropped);
-            self.counts.truncated += u64::from(report.truncated);
-            restart = 0;
-            done += u64::from(report.paths);
-            if let Some(particles) = &mut self.particles {
-                if seconds < SHORTEST_DISPATCH && report.unfinished > 0 {
-                    particles.budget = (2 * budget).min(MOST_BUDGET);
-                } else if seconds > LONGEST_DISPATCH {
-                    particles.budget = (budget / 2).max(LEAST_BUDGET);
+            let slice = |budget, restart| EmissionPass { sequence, first, count, budget, restart, ..batch };
+            match self.sliced.run(dispatcher, self.lanes / GROUP, slice, counts, observer)? {
+                None => return Ok(false),
+                Some(done) if done != u64::from(count) => {
+                    let message = format!("{done} of {count} particles came to their end");
+                    return Err(RenderError::LostWork { message });
                 }
+                Some(_) => sample += these,
             }
-            if !observer(&self.counts) {
-                return Ok(false);
-            }
-            if report.unfinished == 0 {
-                break;
-            }
-        }
-        if done != u64::from(pass.count) {
-            let message = format!("{done} of {} particles came to their end", pass.count);
-            return Err(RenderError::LostWork { message });
         }
         Ok(true)
     }
 
     /// What the last batch left in a band's pixels, row after row.
-    fn read_splats(&self, size: [u32; 2]) -> Result<Vec<Splat>, RenderError> {
-        let Some(particles) = &self.particles else { return Ok(Vec::new()) };
-        let device = self.device;
+    fn read_splats(&self, device: &Device, size: [u32; 2]) -> Result<Vec<Splat>, RenderError> {
         let end = u64::from(size[0]) * u64::from(size[1]) * SPLAT_BYTES;
-        let step = particles.readback.size() / SPLAT_BYTES * SPLAT_BYTES;
-        let mut splats = Vec::new();
+        let step = self.readback.size() / SPLAT_BYTES * SPLAT_BYTES;
+        let mut splats: Vec<Splat> = Vec::new();
         let mut at = 0;
         while at < end {
             let bytes = step.min(end - at);
-            device.scoped("a copy", || {
-                let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                encoder.copy_buffer_to_buffer(&particles.splats, at, &particles.readback, 0, bytes);
-                device.queue.submit([encoder.finish()]);
-            })?;
-            let read: Vec<Splat> = device.read(&particles.readback, bytes, bytemuck::pod_collect_to_vec)?;
-            splats.extend(read);
+            splats.extend(device.fetch::<Splat>(&self.splats, at, bytes, &self.readback)?);
             at += bytes;
         }
         Ok(splats)
@@ -310,9 +249,8 @@ impl Renderer<'_> {
         sums: &mut [BatchSum],
         batch: usize,
     ) -> Result<(), RenderError> {
-        let Some(particles) = &self.particles else { return Ok(()) };
         let lanes = tile.lanes(self.threads);
-        let [unit, square_unit] = particles.units();
+        let [unit, square_unit] = self.units();
         let wide = |[low, high]: [u32; 2]| f64::from(high) * 4_294_967_296.0 + f64::from(low);
         let of_band = surelight_film::Window { whole: self.size, corner: band.corner, size: band.size };
         let batch = sums.iter_mut().skip(batch * lanes as usize);

@@ -22,6 +22,26 @@ pub(crate) struct Pass {
     pub(crate) walks: u32,
 }
 
+/// Twin of `EmissionPass` in `shaders/kernel/emit.wesl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub(crate) struct EmissionPass {
+    pub(crate) corner: [u32; 2],
+    pub(crate) size: [u32; 2],
+    pub(crate) replicate: u32,
+    pub(crate) sequence: u32,
+    pub(crate) first: u32,
+    pub(crate) count: u32,
+    pub(crate) length: u32,
+    pub(crate) budget: u32,
+    pub(crate) lanes: u32,
+    pub(crate) restart: u32,
+    pub(crate) worth: f32,
+    pub(crate) quantum: f32,
+    pub(crate) square_quantum: f32,
+    pub(crate) unused: u32,
+}
+
 /// Twin of `Control` in `shaders/kernel/lanes.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -42,6 +62,17 @@ pub(crate) struct FeaturePixel {
     pub(crate) depth: f32,
     pub(crate) normal: [f32; 3],
     pub(crate) unused: f32,
+}
+
+/// Whole batches of samples of every pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    /// Number of the first batch; with one scramble, of its first sample.
+    pub(crate) first_batch: u32,
+    /// Batches.
+    pub(crate) batches: u32,
+    /// Samples a batch.
+    pub(crate) samples: u32,
 }
 
 /// Most lanes that stand side by side: their states must fit a binding.

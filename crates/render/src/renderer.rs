@@ -1,41 +1,35 @@
-//! Runs kernels over tiles of the image, in dispatches short enough for any driver, and checks that no work is lost.
+//! Runs kernels over tiles of the image and adds what they find to a film, when all of it is there.
 
 use std::time::{Duration, Instant};
 
-use surelight_film::{BatchSum, Features as FilmFeatures, Film};
+use surelight_film::{Features as FilmFeatures, Film};
 
 use crate::{
     ahead::Ahead,
     compose::compose,
     device::Device,
+    dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
     features::Features,
     kernel::{Checks, Kernel, Program, Resource},
     particles::Particles,
-    pass::{Control, FeaturePixel, GROUP, Pass, Tile},
+    pass::{FeaturePixel, GROUP, Pass, Run, Tile},
     prepare::{Prepared, View},
     reflect::RecordLayout,
     resources::scene_resources,
-    schedule::{
-        Counts, LEAST_BUDGET, LONGEST_DISPATCH, MOST_BUDGET, Observer, PATH_ENTRY, SHORTEST_DISPATCH, cpu_threads,
-        path_kernel, side, usual_lanes,
-    },
-    stopwatch::{self, Stopwatch},
+    schedule::{Counts, Observer, PATH_ENTRY, cpu_threads, path_kernel, side, usual_lanes},
     upload::Uploader,
 };
 
 /// Root module of the kernel for first-hit features.
 const FEATURE_KERNEL: &str = "package::kernel::features";
 
-/// Bytes of the record that a dispatch reports with.
-const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
-
 /// Rays of a pixel that albedo and normal are averaged over.
 const FEATURE_SAMPLES: u32 = 16;
 
 /// A scene on a device, with its compiled kernels.
 pub struct Renderer<'a> {
-    pub(crate) device: &'a Device,
+    dispatcher: Dispatcher<'a>,
     /// What the kernel contains.
     pub features: Features,
     /// The WGSL of the path kernel and, where there is one, of the light tracing kernel.
@@ -46,23 +40,18 @@ pub struct Renderer<'a> {
     pub compile_seconds: f64,
     /// Of these, seconds of uploading the scene.
     pub upload_seconds: f64,
-    kernel: Kernel,
+    paths: Sliced,
     feature_kernel: Kernel,
-    pub(crate) particles: Option<Particles>,
+    particles: Option<Particles>,
     view: wgpu::Buffer,
     pass_buffer: wgpu::Buffer,
-    control: wgpu::Buffer,
-    control_readback: wgpu::Buffer,
-    stopwatch: Option<Stopwatch>,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
-    pub(crate) size: [u32; 2],
-    pub(crate) threads: u32,
+    size: [u32; 2],
+    threads: u32,
     most_lanes: u32,
-    budget: u32,
-    dispatch: [Duration; 2],
     walks: u32,
     most_batches: u32,
     /// What has been done so far.
@@ -134,9 +123,7 @@ impl<'a> Renderer<'a> {
         let lanes = u64::from(most_lanes);
         let view = up.buffer("the view", &[prepared.view], U::UNIFORM | U::COPY_DST)?;
         let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
-        let control = up.buffer("the control record", &[Control::default()], storage)?;
-        let control_readback =
-            up.zeros("the control record's copy", CONTROL_BYTES + stopwatch::BYTES, U::MAP_READ | U::COPY_DST)?;
+        let dispatcher = Dispatcher::new(device, &mut up, &mut resources)?;
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
         let sum_bytes = pixels * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
@@ -145,56 +132,51 @@ impl<'a> Renderer<'a> {
         for (name, buffer) in [
             ("view", &view),
             ("pass_info", &pass_buffer),
-            ("control", &control),
             ("states", &states),
             ("batch_sums", &sums),
             ("feature_pixels", &feature_pixels),
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
+        // Nobody kills a CPU driver's dispatches; interrupts wait for them.
+        let longest = if device.info.is_cpu { 4 * LONGEST } else { LONGEST };
         let kernel = program.bind(device, &resources)?;
+        let paths = Sliced::new(kernel, pass_buffer.clone(), |counts| &mut counts.paths, longest);
         let feature_kernel = Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?;
         let particles = Particles::new(device, &mut up, prepared, &features, &mut resources, threads, checks)?;
         let (particles, emit_wgsl) = particles.unzip();
         let mut renderer = Self {
-            device,
+            dispatcher,
             features,
             wgsl: shader.wgsl + &emit_wgsl.unwrap_or_default(),
             device_bytes: up.bytes,
             compile_seconds: 0.0,
             upload_seconds,
-            kernel,
+            paths,
             feature_kernel,
             particles,
             view,
             pass_buffer,
-            control,
-            control_readback,
-            stopwatch: Stopwatch::new(device)?,
             sums,
             feature_pixels,
             readback,
             size: [width, height],
             threads,
             most_lanes,
-            budget: 512,
-            // Nobody kills a CPU driver's dispatches; interrupts wait for them.
-            dispatch: [SHORTEST_DISPATCH, if device.info.is_cpu { 4 * LONGEST_DISPATCH } else { LONGEST_DISPATCH }],
             walks: 1,
             most_batches,
             counts: Counts::default(),
         };
         renderer.warm_up(&tiles[0])?;
-        renderer.warm_up_particles()?;
         renderer.compile_seconds = started.elapsed().as_secs_f64();
         Ok(renderer)
     }
 
-    /// Drivers compile at the first dispatch: one that has nothing to do.
-    fn warm_up(&mut self, tile: &Tile) -> Result<(), RenderError> {
+    /// Has the driver compile.
+    fn warm_up(&self, tile: &Tile) -> Result<(), RenderError> {
         let pass = Pass { size: tile.size, samples: 1, lanes: GROUP * self.threads, restart: 1, ..self.pass_of(tile) };
-        self.dispatch(&pass)?;
-        Ok(())
+        self.paths.warm_up(&self.dispatcher, self.threads, &pass)?;
+        self.particles.as_ref().map_or(Ok(()), |particles| particles.warm_up(&self.dispatcher))
     }
 
     fn pass_of(&self, tile: &Tile) -> Pass {
@@ -211,7 +193,7 @@ impl<'a> Renderer<'a> {
     /// Changes the seed: pictures from here on are independent of those before.
     pub fn set_seed(&self, seed: u32) {
         let offset = std::mem::offset_of!(View, seed) as u64;
-        self.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
+        self.dispatcher.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
     }
 
     /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it
@@ -223,7 +205,7 @@ impl<'a> Renderer<'a> {
     /// How long a dispatch should last, at least and at most, as far as the work left and the limit on a lane's iterations let it. Pictures stay the
     /// same; it is for measurements.
     pub fn set_dispatch(&mut self, least: Duration, most: Duration) {
-        self.dispatch = [least, most];
+        self.paths.set_durations(least, most);
     }
 
     /// Most batches that one call of [`Self::trace`] can hold.
@@ -250,15 +232,23 @@ impl<'a> Renderer<'a> {
         let mut results = Vec::new();
         for tile in self.tiles_of(film, side(&self.features))? {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
-            if !self.trace_tile(&pass, observer)? {
+            let bytes = self.sum_bytes(&pass);
+            // What an earlier tile left is wiped, so that a batch that is not written shows.
+            self.dispatcher.device.clear(&self.sums, Some(bytes))?;
+            let slice = |budget, restart| Pass { budget, restart, ..pass };
+            let groups = pass.lanes / GROUP;
+            if self.paths.run(&self.dispatcher, groups, slice, &mut self.counts, observer)?.is_none() {
                 return Ok(false);
             }
             let started = Instant::now();
-            results.push((tile, self.read_sums(&pass)?));
+            results.push((tile, self.dispatcher.device.fetch(&self.sums, 0, bytes, &self.readback)?));
             self.counts.read_seconds += started.elapsed().as_secs_f64();
         }
-        if !self.trace_particles(&mut results, first_batch, batches, samples, observer)? {
-            return Ok(false);
+        if let Some(particles) = &mut self.particles {
+            let run = Run { first_batch, batches, samples };
+            if !particles.trace(&self.dispatcher, run, &mut results, &mut self.counts, observer)? {
+                return Ok(false);
+            }
         }
         let started = Instant::now();
         for (tile, sums) in results {
@@ -287,113 +277,9 @@ impl<'a> Renderer<'a> {
         Ok(Tile::bands(window.corner, window.size, self.most_lanes, side))
     }
 
-    /// Dispatches until every lane of the tile has its samples.
-    fn trace_tile(&mut self, pass: &Pass, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
-        self.clear_sums(pass)?;
-        let mut restart = 1;
-        loop {
-            let started = Instant::now();
-            let budget = self.budget;
-            let (report, on_device) = self.dispatch(&Pass { budget, restart, ..*pass })?;
-            let seconds = started.elapsed();
-            self.counts.device_seconds += on_device.unwrap_or(seconds.as_secs_f64());
-            self.counts.trace_seconds += seconds.as_secs_f64();
-            self.counts.dispatches += 1;
-            self.counts.rays += u64::from(report.rays);
-            self.counts.paths += u64::from(report.paths);
-            self.counts.dropped += u64::from(report.dropped);
-            self.counts.truncated += u64::from(report.truncated);
-            restart = 0;
-            let [shortest, longest] = self.dispatch;
-            if seconds < shortest && report.unfinished > 0 {
-                self.budget = (2 * budget).min(MOST_BUDGET);
-            } else if seconds > longest {
-                self.budget = (budget / 2).max(LEAST_BUDGET);
-            }
-            if !observer(&self.counts) {
-                return Ok(false);
-            }
-            if report.unfinished == 0 {
-                return Ok(true);
-            }
-        }
-    }
-
-    /// One dispatch, and its seconds by the device's clock; afterwards every workgroup must have reported.
-    fn dispatch(&self, pass: &Pass) -> Result<(Control, Option<f64>), RenderError> {
-        self.run_pass(pass, &self.kernel)
-    }
-
-    fn run_pass(&self, pass: &Pass, kernel: &Kernel) -> Result<(Control, Option<f64>), RenderError> {
-        self.run(kernel, pass.lanes / GROUP, &self.pass_buffer, bytemuck::bytes_of(pass))
-    }
-
-    /// Likewise of any kernel, whose pass is to be written to a buffer.
-    pub(crate) fn run(
-        &self,
-        kernel: &Kernel,
-        workgroups: u32,
-        pass_buffer: &wgpu::Buffer,
-        pass: &[u8],
-    ) -> Result<(Control, Option<f64>), RenderError> {
-        let device = self.device;
-        let watch = self.stopwatch.as_ref();
-        device.scoped("a dispatch", || {
-            device.queue.write_buffer(pass_buffer, 0, pass);
-            device.queue.write_buffer(&self.control, 0, bytemuck::bytes_of(&Control::default()));
-            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            kernel.record(&mut encoder, workgroups, watch.map(Stopwatch::around));
-            encoder.copy_buffer_to_buffer(&self.control, 0, &self.control_readback, 0, CONTROL_BYTES);
-            if let Some(watch) = watch {
-                watch.record(&mut encoder, &self.control_readback, CONTROL_BYTES);
-            }
-            device.queue.submit([encoder.finish()]);
-        })?;
-        let size = CONTROL_BYTES + watch.map_or(0, |_| stopwatch::BYTES);
-        let (report, timestamps) = device.read(&self.control_readback, size, |bytes| {
-            let (control, timestamps) = bytes.split_at(size_of::<Control>());
-            let timestamps = (!timestamps.is_empty()).then(|| bytemuck::pod_read_unaligned::<[u64; 2]>(timestamps));
-            (bytemuck::pod_read_unaligned::<Control>(control), timestamps)
-        })?;
-        if report.workgroups != workgroups {
-            let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
-            return Err(RenderError::LostWork { message });
-        }
-        Ok((report, watch.zip(timestamps).and_then(|(watch, ends)| watch.seconds(ends))))
-    }
-
     /// Bytes of a pass's batch sums.
     fn sum_bytes(&self, pass: &Pass) -> u64 {
         16 * u64::from(pass.batches) * u64::from(pass.lanes) * u64::from(side(&self.features).pow(2))
-    }
-
-    /// Wipes what an earlier tile left, so that a batch that is not written shows.
-    fn clear_sums(&self, pass: &Pass) -> Result<(), RenderError> {
-        let device = self.device;
-        device.scoped("clearing batch sums", || {
-            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.clear_buffer(&self.sums, 0, Some(self.sum_bytes(pass)));
-            device.queue.submit([encoder.finish()]);
-        })
-    }
-
-    /// The tile's sums, batch after batch, lane after lane.
-    fn read_sums(&self, pass: &Pass) -> Result<Vec<BatchSum>, RenderError> {
-        self.read(&self.sums, self.sum_bytes(pass))
-    }
-
-    fn read<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(
-        &self,
-        from: &wgpu::Buffer,
-        size: u64,
-    ) -> Result<Vec<T>, RenderError> {
-        let device = self.device;
-        device.scoped("a copy", || {
-            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            encoder.copy_buffer_to_buffer(from, 0, &self.readback, 0, size);
-            device.queue.submit([encoder.finish()]);
-        })?;
-        device.read(&self.readback, size, |bytes| bytemuck::pod_collect_to_vec(bytes))
     }
 
     /// Albedo and normal of first hits, averaged over a pixel, and depth through its centre.
@@ -406,10 +292,13 @@ impl<'a> Renderer<'a> {
             let pass = Pass { samples: FEATURE_SAMPLES, ..self.pass_of(&tile) };
             for i in 0..=FEATURE_SAMPLES {
                 let ray = Pass { first_batch: i, restart: u32::from(i == 0), ..pass };
-                self.counts.truncated += u64::from(self.run_pass(&ray, &self.feature_kernel)?.0.truncated);
+                let groups = pass.lanes / GROUP;
+                let (report, _) = self.dispatcher.run(&self.feature_kernel, groups, &self.pass_buffer, &ray)?;
+                self.counts.truncated += u64::from(report.truncated);
             }
+            let bytes = u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64;
             let records: Vec<FeaturePixel> =
-                self.read(&self.feature_pixels, u64::from(pass.lanes) * size_of::<FeaturePixel>() as u64)?;
+                self.dispatcher.device.fetch(&self.feature_pixels, 0, bytes, &self.readback)?;
             for (pixel, r) in tile.pixels(pass.lanes, &window).into_iter().zip(records) {
                 if pixel != u32::MAX {
                     let i = pixel as usize;

@@ -1,6 +1,4 @@
-//! How work is cut for a device: which path kernel, how many lanes at once, how long a dispatch; and what is counted of it.
-
-use std::time::Duration;
+//! How work is cut for a device: which path kernel, how many lanes at once; and what is counted of it.
 
 use crate::{device::Device, features::Features};
 
@@ -14,18 +12,6 @@ pub(crate) const PATH_ENTRY: &str = "trace_paths";
 /// a given length, and the more often their states are read and written.
 const CPU_LANES_A_THREAD: u32 = 1 << 11;
 const GPU_LANES: u32 = 1 << 20;
-
-/// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
-pub(crate) const SHORTEST_DISPATCH: Duration = Duration::from_millis(50);
-pub(crate) const LONGEST_DISPATCH: Duration = Duration::from_millis(200);
-
-/// Loop iterations a lane may start a step within.
-///
-/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step and count for
-/// all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations before the last
-/// step, and that one at most the walk's own limit of 32,768.
-pub(crate) const LEAST_BUDGET: u32 = 64;
-pub(crate) const MOST_BUDGET: u32 = 4096;
 
 /// What has been done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,8 +6,7 @@ use bytemuck::Zeroable;
 use surelight_film::BatchSum;
 
 use crate::{
-    particles::EmissionPass,
-    pass::{Control, FeaturePixel, Pass},
+    pass::{Control, EmissionPass, FeaturePixel, Pass},
     prepare::{AreaLight, InstanceRows, LightEntry, LightNode, LightPath, PunctualLight, TextureUse, View},
     reflect::RecordLayout,
 };

@@ -1,0 +1,173 @@
+//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and the check that none is lost.
+
+use std::time::{Duration, Instant};
+
+use bytemuck::NoUninit;
+
+use crate::{
+    device::Device,
+    error::RenderError,
+    kernel::{Kernel, Resource, Resources},
+    pass::Control,
+    schedule::{Counts, Observer},
+    stopwatch::{self, Stopwatch},
+    upload::Uploader,
+};
+
+/// Bytes of the record that a dispatch reports with.
+const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
+
+/// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
+const SHORTEST: Duration = Duration::from_millis(50);
+pub(crate) const LONGEST: Duration = Duration::from_millis(200);
+
+/// Loop iterations a lane may start a step within.
+///
+/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step and count for
+/// all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations before the last
+/// step, and that one at most the walk's own limit of 32,768.
+const LEAST_BUDGET: u32 = 64;
+const FIRST_BUDGET: u32 = 512;
+const MOST_BUDGET: u32 = 4096;
+
+/// Runs kernels that report to one control record.
+pub(crate) struct Dispatcher<'a> {
+    pub(crate) device: &'a Device,
+    control: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    stopwatch: Option<Stopwatch>,
+}
+
+impl<'a> Dispatcher<'a> {
+    /// Makes the control record, and names it among what kernels are bound to.
+    pub(crate) fn new(
+        device: &'a Device,
+        up: &mut Uploader<'_>,
+        resources: &mut Resources,
+    ) -> Result<Self, RenderError> {
+        use wgpu::BufferUsages as U;
+        let control = up.buffer("the control record", &[Control::default()], U::STORAGE | U::COPY_SRC | U::COPY_DST)?;
+        let bytes = CONTROL_BYTES + stopwatch::BYTES;
+        let readback = up.zeros("the control record's copy", bytes, U::MAP_READ | U::COPY_DST)?;
+        resources.insert("control".into(), Resource::Buffer(control.clone()));
+        Ok(Self { device, control, readback, stopwatch: Stopwatch::new(device)? })
+    }
+
+    /// One dispatch over a pass, which is written to a buffer first, and its seconds by the device's clock; afterwards every workgroup must
+    /// have reported.
+    pub(crate) fn run<P: NoUninit>(
+        &self,
+        kernel: &Kernel,
+        workgroups: u32,
+        pass_buffer: &wgpu::Buffer,
+        pass: &P,
+    ) -> Result<(Control, Option<f64>), RenderError> {
+        let device = self.device;
+        let watch = self.stopwatch.as_ref();
+        device.scoped("a dispatch", || {
+            device.queue.write_buffer(pass_buffer, 0, bytemuck::bytes_of(pass));
+            device.queue.write_buffer(&self.control, 0, bytemuck::bytes_of(&Control::default()));
+            let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            kernel.record(&mut encoder, workgroups, watch.map(Stopwatch::around));
+            encoder.copy_buffer_to_buffer(&self.control, 0, &self.readback, 0, CONTROL_BYTES);
+            if let Some(watch) = watch {
+                watch.record(&mut encoder, &self.readback, CONTROL_BYTES);
+            }
+            device.queue.submit([encoder.finish()]);
+        })?;
+        let size = CONTROL_BYTES + watch.map_or(0, |_| stopwatch::BYTES);
+        let (report, timestamps) = device.read(&self.readback, size, |bytes| {
+            let (control, timestamps) = bytes.split_at(size_of::<Control>());
+            let timestamps = (!timestamps.is_empty()).then(|| bytemuck::pod_read_unaligned::<[u64; 2]>(timestamps));
+            (bytemuck::pod_read_unaligned::<Control>(control), timestamps)
+        })?;
+        if report.workgroups != workgroups {
+            let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
+            return Err(RenderError::LostWork { message });
+        }
+        Ok((report, watch.zip(timestamps).and_then(|(watch, ends)| watch.seconds(ends))))
+    }
+}
+
+/// A kernel whose work is done slice by slice: a lane that has used up its budget of loop iterations goes on in the next dispatch.
+pub(crate) struct Sliced {
+    kernel: Kernel,
+    pass_buffer: wgpu::Buffer,
+    /// What its lanes' finished work counts as.
+    counted: fn(&mut Counts) -> &mut u64,
+    budget: u32,
+    durations: [Duration; 2],
+}
+
+impl Sliced {
+    /// A dispatch should last no longer than `longest`.
+    pub(crate) fn new(
+        kernel: Kernel,
+        pass_buffer: wgpu::Buffer,
+        counted: fn(&mut Counts) -> &mut u64,
+        longest: Duration,
+    ) -> Self {
+        Self { kernel, pass_buffer, counted, budget: FIRST_BUDGET, durations: [SHORTEST, longest] }
+    }
+
+    /// How long a dispatch should last, at least and at most, as far as the work left and the limits of the budget let it.
+    pub(crate) fn set_durations(&mut self, least: Duration, most: Duration) {
+        self.durations = [least, most];
+    }
+
+    /// Drivers compile at the first dispatch: one over a pass that has nothing to do.
+    pub(crate) fn warm_up<P: NoUninit>(
+        &self,
+        dispatcher: &Dispatcher<'_>,
+        workgroups: u32,
+        pass: &P,
+    ) -> Result<(), RenderError> {
+        dispatcher.run(&self.kernel, workgroups, &self.pass_buffer, pass)?;
+        Ok(())
+    }
+
+    /// Dispatches until no lane has work left, over what `pass` makes of a budget and of whether lanes start anew (1) or go on (0). Counts
+    /// what is done, and returns how much was finished; `None` when the observer stopped it.
+    pub(crate) fn run<P: NoUninit>(
+        &mut self,
+        dispatcher: &Dispatcher<'_>,
+        workgroups: u32,
+        pass: impl Fn(u32, u32) -> P,
+        counts: &mut Counts,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<u64>, RenderError> {
+        let (mut restart, mut finished) = (1, 0);
+        loop {
+            let started = Instant::now();
+            let slice = pass(self.budget, restart);
+            let (report, on_device) = dispatcher.run(&self.kernel, workgroups, &self.pass_buffer, &slice)?;
+            let duration = started.elapsed();
+            counts.device_seconds += on_device.unwrap_or(duration.as_secs_f64());
+            counts.trace_seconds += duration.as_secs_f64();
+            counts.dispatches += 1;
+            counts.rays += u64::from(report.rays);
+            counts.dropped += u64::from(report.dropped);
+            counts.truncated += u64::from(report.truncated);
+            *(self.counted)(counts) += u64::from(report.paths);
+            finished += u64::from(report.paths);
+            restart = 0;
+            self.adapt(duration, report.unfinished > 0);
+            if !observer(counts) {
+                return Ok(None);
+            }
+            if report.unfinished == 0 {
+                return Ok(Some(finished));
+            }
+        }
+    }
+
+    /// Takes a larger budget after a short dispatch, if it was not short for want of work, and a smaller one after a long one.
+    fn adapt(&mut self, duration: Duration, work_is_left: bool) {
+        let [shortest, longest] = self.durations;
+        if duration < shortest && work_is_left {
+            self.budget = (2 * self.budget).min(MOST_BUDGET);
+        } else if duration > longest {
+            self.budget = (self.budget / 2).max(LEAST_BUDGET);
+        }
+    }
+}
