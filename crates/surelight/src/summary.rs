@@ -38,6 +38,8 @@ pub(crate) struct Summary {
     pub(crate) paths: u64,
     /// Rays traced for them, shadow rays included.
     pub(crate) rays: u64,
+    /// Whether the four pixels of each 2×2 square used one another's.
+    pub(crate) shared_paths: bool,
     /// Seed of the samples.
     pub(crate) seed: u32,
     /// Why it ended.
@@ -214,7 +216,8 @@ impl Display for Summary {
         if self.sample_range[0] > 0 {
             write!(f, " (from {} on)", self.sample_range[0])?;
         }
-        writeln!(f, "; {} paths, {} rays", Count(self.paths), Count(self.rays))?;
+        let shared = if self.shared_paths { ", shared by 2×2 pixels" } else { "" };
+        writeln!(f, "; {} paths{shared}, {} rays", Count(self.paths), Count(self.rays))?;
         writeln!(
             f,
             "seconds   load {:.2}, device {:.2}, BVH {:.2}, compile {:.2}, trace {:.2}, write {:.2}; {:.2} in all",
@@ -338,6 +341,7 @@ mod tests {
             target_spp: Some(64),
             paths: 3_686_400,
             rays: 20_000_000,
+            shared_paths: true,
             seed: 0,
             stopped: Stop::Time,
             seconds: Seconds { trace: 2.0, total: 2.5, ..Seconds::default() },
@@ -366,7 +370,7 @@ mod tests {
         for line in [
             "image     box.png, box.exr (640x480 at 8,2)\n",
             "go on     --resume, from box.checkpoint.exr\n",
-            "samples   12 a pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, 20.0 million rays\n",
+            "samples   12 a pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, shared by 2×2 pixels, 20.0 million rays\n",
             "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
             "error     3.1 % mean, 9.8 % at the 95th percentile",
             "certified 99 % of the pixels; nine tenths of these within 5.1 % at 95 % confidence\n",

@@ -22,6 +22,7 @@ fn a_render_leaves_both_images_and_a_summary() {
     assert_eq!(summary["stopped"], "done");
     assert_eq!(summary["dropped_samples"], 0);
     assert_eq!(summary["biased"], Value::Array(vec![]));
+    assert_eq!(summary["shared_paths"], true, "in a room, they are");
     assert_eq!(summary["outputs"], serde_json::json!(["cornell-box.png", "cornell-box.exr"]));
     assert!(summary["adapter"]["name"].as_str().is_some_and(|name| !name.is_empty()), "{summary}");
     assert!(summary["peak_device_bytes"].as_u64() > Some(0), "{summary}");
@@ -90,8 +91,9 @@ fn quiet_is_quiet_and_a_log_is_lines() {
     let folder = Folder::new();
     let quiet = folder.run("{box} --size 8x8 --spp 1 --quiet").succeeded();
     assert_eq!(quiet.stderr, "");
-    assert!(quiet.stdout.contains("samples   1 a pixel"), "{}", quiet.stdout);
-    let log = folder.run("{box} --size 8x8 --spp 1").succeeded();
+    assert!(quiet.stdout.contains("samples   1 a pixel; 64 paths, shared by 2×2 pixels, "), "{}", quiet.stdout);
+    let log = folder.run("{box} --size 8x8 --spp 1 --shared-paths off").succeeded();
+    assert!(log.stdout.contains("samples   1 a pixel; 64 paths, ") && !log.stdout.contains("shared"), "{}", log.stdout);
     assert!(!log.stderr.is_empty() && !log.stderr.contains(['\r', '\u{1b}']), "{:?}", log.stderr);
 }
 

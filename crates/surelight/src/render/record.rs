@@ -68,6 +68,11 @@ impl Record {
         self.dropped_before + counts.dropped
     }
 
+    /// Whether pixels use one another's paths.
+    pub(super) fn shares_paths(&self) -> bool {
+        self.base.settings.contains_key(SHARED_PATHS)
+    }
+
     /// Options in force that make the expected image another than the true one.
     pub(super) fn biased(&self) -> &[String] {
         &self.base.biased

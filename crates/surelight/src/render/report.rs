@@ -43,6 +43,7 @@ impl Finished<'_> {
             checkpoint: self.checkpoint.as_ref().map(|path| path.display().to_string()),
             paths: before.paths + self.counts.paths,
             rays: before.rays + self.counts.rays,
+            shared_paths: self.record.shares_paths(),
             seed: self.args.seed,
             stopped: match self.outcome {
                 Outcome::Done => Stop::Done,
