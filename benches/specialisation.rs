@@ -1,8 +1,9 @@
-//! What specialising the kernel to the scene buys: `cargo bench --bench specialisation [-- FOLDER]`.
+//! What specialising the kernel to the scene buys: `cargo bench --bench specialisation [-- --traces] [FOLDER]`.
 //!
 //! First, whether a kernel bears a trace of what its scene lacks: for each feature that a scene does without, its kernel is composed once more from sources
 //! out of which all that stands under that feature has been cut ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the driver's
-//! program, its records and its bindings, and it is as fast as a build that never heard of the feature, by identity.
+//! program, its records and its bindings, and it is as fast as a build that never heard of the feature, by identity. Each scene is looked at as it is
+//! rendered by default, with shared paths, and with caustics traced from the lights where it has any; `--traces` does this alone.
 //!
 //! Then what the features would cost: each scene by its own kernel, by its own once more, which shows the noise, and with a speck out of sight that needs
 //! every feature there is, by the general kernel. `FOLDER` gets the chart.
@@ -13,7 +14,10 @@ use surelight_bench::{
     chart::plain::bars,
     paths::{median, race_paths},
 };
-use surelight_render::{Features, Prepared, Renderer, Settings, compose, compose_modules, shader_modules};
+use surelight_render::{
+    Features, Integrator, Prepared, Renderer, Settings, SharedPaths, compose, compose_modules, path_kernel,
+    shader_modules,
+};
 use surelight_scene::{Scene, procedural};
 use surelight_tests::{
     features::names,
@@ -28,8 +32,25 @@ const ROUNDS: u32 = 9;
 /// Seconds of a round.
 const SECONDS: f64 = 0.5;
 
-/// The kernels that a render runs.
-const ROOTS: [&str; 2] = ["package::kernel::path", "package::kernel::features"];
+/// Root modules of the kernels that a render runs.
+fn roots(features: &Features) -> Vec<(&'static str, Features)> {
+    let first_hits = ("package::kernel::features", Features { shared_paths: false, ..*features });
+    let mut roots = vec![(path_kernel(features).0, *features), first_hits];
+    if features.caustics {
+        roots.push(("package::kernel::emit", *features));
+    }
+    roots
+}
+
+/// Ways to render a scene, each with kernels of its own.
+fn ways() -> [(&'static str, Settings); 3] {
+    let plain = Settings::new(SIZE, SIZE);
+    [
+        ("", plain.clone()),
+        (", shared paths", Settings { shared_paths: SharedPaths::On, ..plain.clone() }),
+        (", caustics", Settings { integrator: Integrator::Caustics, ..plain }),
+    ]
+}
 
 fn scenes() -> [(&'static str, Scene); 5] {
     [
@@ -55,7 +76,7 @@ fn traces(prepared: &Prepared, sources: &HashMap<&str, Vec<(&str, String)>>) -> 
     let mut count = 0;
     for name in lacking {
         count += 1;
-        for root in ROOTS {
+        for (root, features) in roots(&features) {
             let own = compose(root, &features, &prepared.constants()).unwrap_or_else(|e| panic!("{e}"));
             match compose_modules(root, &features, &prepared.constants(), &sources[name]) {
                 Ok(other) if other.wgsl == own.wgsl => {}
@@ -69,6 +90,7 @@ fn traces(prepared: &Prepared, sources: &HashMap<&str, Vec<(&str, String)>>) -> 
 
 fn main() {
     let folder = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    let traces_alone = std::env::args().any(|a| a == "--traces");
     println!(
         "adapter {}, {}; {SIZE}x{SIZE} pixels, median of {ROUNDS} rounds",
         device().info.name,
@@ -77,8 +99,20 @@ fn main() {
     let sources = forgotten();
     println!("| scene | features lacking | of them with a trace in the kernel |\n|---|---|---|");
     for (name, scene) in scenes() {
-        let (count, found) = traces(&prepare(&scene, &Settings::new(SIZE, SIZE)), &sources);
-        println!("| {name} | {count} | {} |", if found.is_empty() { "none".into() } else { found.join(", ") });
+        let mut seen: Vec<Features> = Vec::new();
+        for (way, settings) in ways() {
+            let prepared = prepare(&scene, &settings);
+            // Where a scene has no caustics, say, the kernels are those of another way.
+            if seen.contains(&prepared.features) {
+                continue;
+            }
+            let (count, found) = traces(&prepared, &sources);
+            println!("| {name}{way} | {count} | {} |", if found.is_empty() { "none".into() } else { found.join(", ") });
+            seen.push(prepared.features);
+        }
+    }
+    if traces_alone {
+        return;
     }
     println!(
         "| scene | features | own kernel, ns/path | the same again | general kernel, ns/path | general/own |\n|---|---|---|---|---|---|"

@@ -117,6 +117,10 @@ fn node_length(text: &str) -> usize {
                 }
                 continue;
             }
+            '<' if opens_parameters(text, at) => {
+                at += closing(&text[at..], '<', '>');
+                continue;
+            }
             '(' | '[' | '{' => depth += 1,
             ')' | ']' | '}' if depth == 0 => return at,
             ')' | ']' | '}' => depth -= 1,
@@ -126,6 +130,11 @@ fn node_length(text: &str) -> usize {
         at += c.len_utf8();
     }
     at
+}
+
+/// Whether the `<` there stands for parameters of a type, as in `ptr<function, T>`: comparisons and shifts have space around them.
+fn opens_parameters(text: &str, at: usize) -> bool {
+    text[..at].ends_with(char::is_alphanumeric) && text[at + 1..].starts_with(char::is_alphabetic)
 }
 
 /// A condition with the feature off; `None` where others decide.
@@ -202,6 +211,9 @@ mod tests {
             ("@if(f) let x = g(1, 2); e;", " e;"),
             ("struct S { a: u32, @if(f) b: u32, c: u32 }", "struct S { a: u32,  c: u32 }"),
             ("fn g(a: u32, @if(f) b: u32) {}", "fn g(a: u32, ) {}"),
+            ("fn g(a: u32, @if(f) b: ptr<function, array<u32, 2>>) {}", "fn g(a: u32, ) {}"),
+            ("@if(f) var<storage, read> a: u32; b;", " b;"),
+            ("@if(f) x(a < b, c > d); y;", " y;"),
             ("@if(!f) x(); @else y();", "x(); "),
             ("@if(f) x(); @else y();", " y();"),
             ("@if(f) x(); @elif(g) y(); @else z();", " @if(g) y(); @else z();"),
