@@ -213,7 +213,7 @@ impl SceneData {
 }
 
 /// Columns of `data.csv`.
-pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,scrambles,max_bounces,max_radiance,biased,repeat,spp,batches,\
+pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,scrambles,shared_paths,max_bounces,max_radiance,biased,repeat,spp,batches,\
 rays,paths,device_s,dispatch_s,read_s,film_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\
 uncertified,flip,dropped,truncated";
 
@@ -234,6 +234,7 @@ impl Data {
                     words.directions.clone().unwrap_or_default(),
                     words.sampler.clone(),
                     words.scrambles.clone(),
+                    words.shared_paths.clone(),
                     words.max_bounces.clone(),
                     words.max_radiance.clone(),
                     u8::from(method.biased.is_some()).to_string(),

@@ -25,12 +25,14 @@ pub mod report;
 mod testing;
 mod tracer;
 mod trial;
+mod variations;
 mod walk;
 
 pub use campaign::{WatchAll, campaign};
 pub use error::BenchError;
-pub use method::{Method, MethodWords, Variations};
+pub use method::{Method, MethodWords};
 pub use overlay::{Peer, read_overlay};
 pub use plan::{Budget, Plan};
 pub use race::{Status, Watch, race};
 pub use tracer::Subject;
+pub use variations::Variations;

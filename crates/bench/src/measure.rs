@@ -26,6 +26,8 @@ pub struct Reference {
     pub rgb: [Vec<f32>; 3],
     /// Variance of the mean; `None` where it is not known, and taken for none.
     pub variance: Option<[Vec<f32>; 3]>,
+    /// Whether the pixels of each 2×2 square used one another's paths.
+    pub shares_paths: bool,
 }
 
 /// A film held against a reference; the fields are those of [`crate::data::Row`].
@@ -65,7 +67,7 @@ struct Pixel {
 }
 
 impl Reference {
-    /// The mean of a film as a reference, with its variance.
+    /// The mean of a film, whose pixels are independent, as a reference, with its variance.
     pub fn of(film: &Film) -> Self {
         let plane = |c: usize| film.pixels().iter().map(|p| p.mean()[c] as f32).collect();
         let known = film.pixels().iter().all(|p| p.variance_of_mean().is_some());
@@ -76,6 +78,7 @@ impl Reference {
             height: film.height() as usize,
             rgb: [plane(0), plane(1), plane(2)],
             variance: known.then(|| [variance(0), variance(1), variance(2)]),
+            shares_paths: false,
         }
     }
 
@@ -120,16 +123,16 @@ impl Reference {
     /// What it knows of its own error.
     pub fn own_error(&self) -> OwnError {
         let floor = self.floor();
-        let mut sums = Sums::default();
+        let mut sums = Sums::of(self, self.shares_paths);
         for i in (0..self.rgb[0].len()).filter(|&i| self.usable(i)) {
             let r = self.pixel(i);
-            sums.add(&r, &r, 0.0, floor);
+            sums.add(i, &r, &r, 0.0, floor);
         }
         let n = sums.count.max(1) as f64;
         let known = self.variance.is_some();
         OwnError {
             mean: sums.mean / n,
-            mean_se: known.then(|| sums.mean_variance.sqrt() / n),
+            mean_se: known.then(|| sums.mean_variance().sqrt() / n),
             rel_mse: known.then(|| sums.predicted / n),
         }
     }
@@ -137,9 +140,14 @@ impl Reference {
 
 #[derive(Default)]
 struct Sums {
+    /// Pixels a row.
+    width: usize,
+    /// Pixels along a side of the squares that are independent of one another.
+    side: usize,
+    /// Of each of these, standard deviations added up.
+    deviations: Vec<f64>,
     count: usize,
     mean: f64,
-    mean_variance: f64,
     reference: f64,
     square: f64,
     relative: f64,
@@ -149,7 +157,13 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, x: &Pixel, r: &Pixel, t: f64, floor: f64) {
+    fn of(picture: &Reference, shares_paths: bool) -> Self {
+        let (width, side) = (picture.width, if shares_paths { 2 } else { 1 });
+        let deviations = vec![0.0; width.div_ceil(side) * picture.height.div_ceil(side)];
+        Self { width, side, deviations, ..Self::default() }
+    }
+
+    fn add(&mut self, i: usize, x: &Pixel, r: &Pixel, t: f64, floor: f64) {
         self.count += 3;
         let mut deviations = 0.0;
         for c in 0..3 {
@@ -169,27 +183,32 @@ impl Sums {
                 }
             }
         }
-        // Channels share their paths: at worst they err together. Pixels do not.
-        self.mean_variance += deviations * deviations;
+        let square = i / self.width / self.side * self.width.div_ceil(self.side) + i % self.width / self.side;
+        self.deviations[square] += deviations;
+    }
+
+    /// Variance of the sum of means. What shares paths, as channels do, errs together at worst; nothing else does.
+    fn mean_variance(&self) -> f64 {
+        self.deviations.iter().map(|d| d * d).sum()
     }
 }
 
-/// Holds a film against the reference. Both must have the same size.
-pub fn measure(film: &Film, reference: &Reference) -> Errors {
+/// Holds a film against the reference. Both must have the same size. `shares_paths`: the film's pixels of each 2×2 square used one another's paths.
+pub fn measure(film: &Film, reference: &Reference, shares_paths: bool) -> Errors {
     let floor = reference.floor();
     let dof = film.degrees_of_freedom(0);
     let known = dof > 0.0;
     let t = if known { student_t_quantile(0.5 + 0.5 * CONFIDENCE, dof) } else { 0.0 };
-    let mut sums = Sums::default();
+    let mut sums = Sums::of(reference, shares_paths);
     for i in (0..film.pixels().len()).filter(|&i| reference.usable(i)) {
         let x = Pixel { mean: film.mean(i), variance: film.variance_of_mean(i) };
-        sums.add(&x, &reference.pixel(i), t, floor);
+        sums.add(i, &x, &reference.pixel(i), t, floor);
     }
     let n = sums.count.max(1) as f64;
     let difference = sums.mean - sums.reference;
     Errors {
         mean: sums.mean / n,
-        mean_se: known.then(|| sums.mean_variance.sqrt() / n),
+        mean_se: known.then(|| sums.mean_variance().sqrt() / n),
         mean_error: if difference == 0.0 { 0.0 } else { difference / sums.reference },
         mse: sums.square / n,
         rel_mse: sums.relative / n,
@@ -227,7 +246,7 @@ mod tests {
     fn the_references_own_noise_is_taken_off() {
         // Both have a variance of 0.16²·…/16 = 0.04² of the mean; the raw difference would show twice of it.
         let reference = Reference::of(&film(1, 2.0, 0.32));
-        let errors = measure(&film(2, 2.0, 0.32), &reference);
+        let errors = measure(&film(2, 2.0, 0.32), &reference, false);
         let expected: f64 = 0.08 * 0.08;
         assert!((errors.mse / expected - 1.0).abs() < 0.1, "{}", errors.mse);
         let relative = expected / (4.0 + 0.04);
@@ -239,27 +258,39 @@ mod tests {
     #[test]
     fn honest_intervals_cover_and_biased_ones_do_not() {
         let reference = Reference { variance: None, ..Reference::of(&film(1, 1.0, 0.0)) };
-        let honest = measure(&film(3, 1.0, 0.1), &reference);
+        let honest = measure(&film(3, 1.0, 0.1), &reference, false);
         // 12,288 intervals at 95 %: one standard error is 0.2 %.
         assert!((honest.coverage.unwrap() - 0.95).abs() < 0.008, "{honest:?}");
-        let biased = measure(&film(4, 1.02, 0.1), &reference);
+        let biased = measure(&film(4, 1.02, 0.1), &reference, false);
         assert!(biased.coverage.unwrap() < 0.92, "{biased:?}");
         assert!((biased.mean_error - 0.02).abs() < 4.0 * biased.mean_se.unwrap());
         assert!(biased.mean_error > 10.0 * biased.mean_se.unwrap());
     }
 
     #[test]
+    fn pixels_that_share_paths_may_err_together() {
+        let reference = Reference::of(&film(1, 1.0, 0.0));
+        let film = film(3, 1.0, 0.1);
+        let [apart, shared] = [false, true].map(|shares| measure(&film, &reference, shares).mean_se.unwrap());
+        // Four deviations that are alike: 4² instead of 4 times 1².
+        assert!((shared / apart - 2.0).abs() < 0.1, "{shared} against {apart}");
+        let own = |shares_paths| Reference { shares_paths, ..Reference::of(&film) }.own_error().mean_se.unwrap();
+        // Its variances are kept as f32.
+        assert!((own(false) / apart - 1.0).abs() < 1e-6 && (own(true) / shared - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
     fn pixels_that_are_not_finite_are_left_out() {
         let mut reference = Reference::of(&film(1, 1.0, 0.0));
         reference.rgb[1][7] = f32::NAN;
-        let errors = measure(&film(1, 1.0, 0.0), &reference);
+        let errors = measure(&film(1, 1.0, 0.0), &reference, false);
         assert_eq!((errors.mse, errors.mean), (0.0, 1.0));
     }
 
     #[test]
     fn a_black_reference_gives_numbers() {
         let black = Reference::of(&film(1, 0.0, 0.0));
-        let errors = measure(&film(1, 0.0, 0.0), &black);
+        let errors = measure(&film(1, 0.0, 0.0), &black, false);
         assert_eq!((errors.mean_error, errors.rel_mse), (0.0, 0.0));
     }
 }

@@ -1,7 +1,7 @@
 //! What is raced: a method is an integrator, a sampler and the switches that change what a path may do.
 
 use serde::{Deserialize, Serialize};
-use surelight_render::{Directions, Integrator, Sampler, Settings};
+use surelight_render::{Directions, Integrator, Sampler, Settings, SharedPaths};
 use surelight_scene::Scene;
 
 /// One way of estimating the picture.
@@ -17,6 +17,8 @@ pub struct Method {
     pub max_radiance: Option<f32>,
     /// Whether all Sobol points of a pixel are of one sequence, instead of a scramble a batch.
     pub one_scramble: bool,
+    /// Whether the pixels of each 2×2 square use one another's paths, where they can.
+    pub shared_paths: bool,
 }
 
 /// The same in words, as the reports keep it.
@@ -35,16 +37,20 @@ pub struct MethodWords {
     /// `one` where all Sobol points of a pixel are of one sequence; else `many`.
     #[serde(default = "many")]
     pub scrambles: String,
+    /// `on` where the pixels of each 2×2 square use one another's paths; else `off`.
+    #[serde(default = "off")]
+    pub shared_paths: String,
 }
 
 impl Method {
-    /// The product's default: light sampling and BSDF sampling joined, Sobol points, nothing that biases.
+    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by itself.
     pub const DEFAULT: Self = Self {
         integrator: Integrator::Mis,
         sampler: Sampler::Sobol,
         max_bounces: None,
         max_radiance: None,
         one_scramble: false,
+        shared_paths: false,
     };
 
     /// Each part as a word.
@@ -70,6 +76,7 @@ impl Method {
             max_bounces: self.max_bounces.map_or("unlimited".into(), |n| n.to_string()),
             max_radiance: self.max_radiance.map_or("none".into(), |x| x.to_string()),
             scrambles: if self.one_scramble { "one" } else { "many" }.into(),
+            shared_paths: if self.shared_paths { "on" } else { "off" }.into(),
         }
     }
 
@@ -80,6 +87,9 @@ impl Method {
         let mut name = format!("{}{directions}/{}", words.integrator, words.sampler);
         if self.one_scramble {
             name += ", one scramble";
+        }
+        if self.shared_paths {
+            name += ", shared paths";
         }
         if let Some(n) = self.max_bounces {
             name += &format!(" ≤ {n} bounce{}", if n == 1 { "" } else { "s" });
@@ -119,140 +129,9 @@ impl Method {
             max_bounces: self.max_bounces,
             max_radiance: self.max_radiance,
             one_scramble: self.one_scramble,
+            shared_paths: if self.shared_paths { SharedPaths::On } else { SharedPaths::Off },
             ..base.clone()
         }
-    }
-}
-
-/// Which methods are raced: every combination of what each switch may be.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Variations {
-    integrators: Option<Vec<Family>>,
-    samplers: Option<Vec<Sampler>>,
-    directions: Option<Vec<Directions>>,
-    max_bounces: Option<Vec<Option<u32>>>,
-    max_radiance: Option<Vec<Option<f32>>>,
-    one_scramble: Option<Vec<bool>>,
-}
-
-/// An integrator without its directions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Family {
-    Hemisphere,
-    Area,
-    Mis,
-    Caustics,
-    Whitted,
-}
-
-impl Variations {
-    /// Adds what a switch may be, such as `max-bounces=4,8,unlimited`.
-    ///
-    /// # Errors
-    /// A sentence where there is no such switch or value, or the switch was given before.
-    pub fn add(&mut self, text: &str) -> Result<(), String> {
-        let (name, values) = text.split_once('=').ok_or("expected a switch and its values, such as max-bounces=4,8")?;
-        let twice = match name {
-            "integrator" => set(&mut self.integrators, values, family)?,
-            "sampler" => set(&mut self.samplers, values, sampler)?,
-            "directions" => set(&mut self.directions, values, directions)?,
-            "max-bounces" => set(&mut self.max_bounces, values, bounces)?,
-            "max-radiance" => set(&mut self.max_radiance, values, radiance)?,
-            "scrambles" => set(&mut self.one_scramble, values, scrambles)?,
-            _ => {
-                return Err(format!(
-                    "there is no switch \"{name}\" to vary: integrator, sampler, scrambles, directions, max-bounces or max-radiance"
-                ));
-            }
-        };
-        if twice { Err(format!("{name} is varied twice; give all its values at once")) } else { Ok(()) }
-    }
-
-    /// Whether integrators were chosen.
-    pub fn names_integrators(&self) -> bool {
-        self.integrators.is_some()
-    }
-
-    /// The methods, without doubles. A quick race leaves out samplers that only repeat what another integrator shows.
-    pub fn methods(&self, quick: bool) -> Vec<Method> {
-        use Family as F;
-        let all = [Sampler::Sobol, Sampler::Stratified, Sampler::Independent];
-        let samplers = |family: F| match &self.samplers {
-            Some(given) => given.clone(),
-            None if family == F::Mis || !quick => all.to_vec(),
-            None => vec![Sampler::Sobol],
-        };
-        let mut methods = Vec::new();
-        for &family in self.integrators.as_deref().unwrap_or(&[F::Mis, F::Area, F::Hemisphere, F::Whitted]) {
-            for sampler in samplers(family) {
-                for integrator in self.integrators_of(family) {
-                    for &max_bounces in self.max_bounces.as_deref().unwrap_or(&[None]) {
-                        for &max_radiance in self.max_radiance.as_deref().unwrap_or(&[None]) {
-                            for &one_scramble in self.one_scramble.as_deref().unwrap_or(&[false]) {
-                                // Other samplers have no sequence.
-                                let one_scramble = one_scramble && sampler == Sampler::Sobol;
-                                let method = Method { integrator, sampler, max_bounces, max_radiance, one_scramble };
-                                if !methods.contains(&method) {
-                                    methods.push(method);
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        methods
-    }
-
-    fn integrators_of(&self, family: Family) -> Vec<Integrator> {
-        match family {
-            Family::Area => vec![Integrator::Area],
-            Family::Mis => vec![Integrator::Mis],
-            Family::Caustics => vec![Integrator::Caustics],
-            Family::Whitted => vec![Integrator::Whitted],
-            Family::Hemisphere => {
-                let directions = self.directions.as_deref().unwrap_or(&[Directions::Bsdf]);
-                directions.iter().map(|&d| Integrator::Hemisphere(d)).collect()
-            }
-        }
-    }
-}
-
-/// Reads a list of values; returns whether there was one already.
-fn set<T>(
-    slot: &mut Option<Vec<T>>,
-    text: &str,
-    read: impl Fn(&str) -> Result<T, &'static str>,
-) -> Result<bool, String> {
-    let values = text.split(',').map(|word| read(word.trim()).map_err(|wanted| format!("\"{word}\" is not {wanted}")));
-    Ok(slot.replace(values.collect::<Result<_, _>>()?).is_some())
-}
-
-fn family(word: &str) -> Result<Family, &'static str> {
-    match word {
-        "hemisphere" => Ok(Family::Hemisphere),
-        "area" => Ok(Family::Area),
-        "mis" => Ok(Family::Mis),
-        "caustics" => Ok(Family::Caustics),
-        "whitted" => Ok(Family::Whitted),
-        _ => Err("an integrator: hemisphere, area, mis, caustics or whitted"),
-    }
-}
-
-fn sampler(word: &str) -> Result<Sampler, &'static str> {
-    match word {
-        "independent" => Ok(Sampler::Independent),
-        "stratified" => Ok(Sampler::Stratified),
-        "sobol" => Ok(Sampler::Sobol),
-        _ => Err("a sampler: independent, stratified or sobol"),
-    }
-}
-
-fn scrambles(word: &str) -> Result<bool, &'static str> {
-    match word {
-        "one" => Ok(true),
-        "many" => Ok(false),
-        _ => Err("a number of scrambles: one or many"),
     }
 }
 
@@ -261,93 +140,14 @@ fn many() -> String {
     "many".into()
 }
 
-fn directions(word: &str) -> Result<Directions, &'static str> {
-    match word {
-        "uniform" => Ok(Directions::Uniform),
-        "cosine" => Ok(Directions::Cosine),
-        "bsdf" => Ok(Directions::Bsdf),
-        _ => Err("a way to sample directions: uniform, cosine or bsdf"),
-    }
-}
-
-fn bounces(word: &str) -> Result<Option<u32>, &'static str> {
-    match word {
-        "unlimited" => Ok(None),
-        _ => word.parse().map(Some).map_err(|_| "a number of bounces, such as 8, or unlimited"),
-    }
-}
-
-fn radiance(word: &str) -> Result<Option<f32>, &'static str> {
-    match word {
-        "none" => Ok(None),
-        _ => match word.parse::<f32>() {
-            Ok(x) if x > 0.0 && x.is_finite() => Ok(Some(x)),
-            _ => Err("a radiance above zero, or none"),
-        },
-    }
+/// Likewise.
+fn off() -> String {
+    "off".into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn varied(switches: &[&str]) -> Vec<String> {
-        let mut variations = Variations::default();
-        switches.iter().for_each(|s| variations.add(s).unwrap());
-        variations.methods(false).iter().map(Method::name).collect()
-    }
-
-    #[test]
-    fn all_pairs_by_default_and_fewer_in_a_hurry() {
-        assert_eq!(varied(&[]).len(), 12);
-        let quick = Variations::default().methods(true);
-        assert_eq!(quick.len(), 6);
-        assert!(quick.contains(&Method::DEFAULT));
-    }
-
-    #[test]
-    fn switches_multiply() {
-        let names = varied(&[
-            "integrator=mis,hemisphere",
-            "sampler=sobol",
-            "directions=cosine,bsdf",
-            "max-bounces=4,unlimited",
-        ]);
-        assert_eq!(
-            names,
-            [
-                "mis/sobol ≤ 4 bounces",
-                "mis/sobol",
-                "hemisphere-cosine/sobol ≤ 4 bounces",
-                "hemisphere-cosine/sobol",
-                "hemisphere/sobol ≤ 4 bounces",
-                "hemisphere/sobol"
-            ]
-        );
-    }
-
-    #[test]
-    fn scrambles_are_sobols_alone() {
-        let names = varied(&["integrator=mis", "sampler=sobol,independent", "scrambles=one,many"]);
-        assert_eq!(names, ["mis/sobol, one scramble", "mis/sobol", "mis/independent"]);
-    }
-
-    #[test]
-    fn slips_of_the_finger_are_told() {
-        for (wrong, word) in [
-            ("bounces=4", "there is no switch"),
-            ("max-bounces", "expected a switch"),
-            ("max-bounces=few", "\"few\" is not a number"),
-            ("sampler=sobol,halton", "\"halton\" is not a sampler"),
-            ("max-radiance=-1", "is not a radiance"),
-            ("scrambles=16", "\"16\" is not a number of scrambles"),
-        ] {
-            assert!(Variations::default().add(wrong).unwrap_err().contains(word), "{wrong}");
-        }
-        let mut twice = Variations::default();
-        twice.add("sampler=sobol").unwrap();
-        assert!(twice.add("sampler=independent").unwrap_err().contains("twice"));
-    }
 
     #[test]
     fn what_biases_is_known() {

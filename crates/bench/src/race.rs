@@ -148,7 +148,7 @@ impl Race<'_, '_> {
         let method = trials.reference;
         let known = plan.methods.iter().position(|m| *m == method);
         // Another sampler's cost is that of the same integrator, or of the default, which was tried last.
-        let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator);
+        let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator && !m.shared_paths);
         let a_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
         let longest = lengths.iter().copied().max().unwrap_or(1);
         let samples = match plan.budget {
@@ -186,6 +186,11 @@ impl Race<'_, '_> {
     fn begin(&self, setups: &[Setup], lengths: &[u32], made: &Made) -> SceneData {
         let Subject { name, file, hash, scene, settings, load_seconds, warnings, .. } = self.subject;
         let methods = self.plan.methods.iter().zip(setups).zip(lengths);
+        let in_vain =
+            self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.shares_paths);
+        let share_nothing: Vec<_> = in_vain
+            .map(|(method, _)| format!("{}: there are no paths here that pixels could share", method.name()))
+            .collect();
         SceneData {
             name: name.clone(),
             file: file.clone(),
@@ -214,7 +219,7 @@ impl Race<'_, '_> {
                 .collect(),
             walk: None,
             rows: Vec::new(),
-            warnings: warnings.clone(),
+            warnings: [warnings.as_slice(), &share_nothing].concat(),
         }
     }
 
@@ -267,8 +272,11 @@ impl Race<'_, '_> {
         scene: &mut SceneData,
         save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
     ) -> Result<bool, BenchError> {
-        let default = self.plan.methods.iter().find(|m| **m == Method::DEFAULT);
-        let Some(method) = default.or_else(|| self.plan.methods.first()).filter(|_| scene.walk.is_none()) else {
+        // Only the kernel whose pixels share nothing can walk its rays twice.
+        let mut measurable = self.plan.methods.iter().filter(|m| !m.shared_paths);
+        let first = measurable.clone().next();
+        let Some(method) = measurable.find(|m| **m == Method::DEFAULT).or(first).filter(|_| scene.walk.is_none())
+        else {
             return Ok(true);
         };
         let Self { watch, started, subject, plan, .. } = self;
@@ -336,7 +344,7 @@ impl Race<'_, '_> {
 
 /// The checkpoint that a run has reached.
 fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
-    let errors = measure(&run.film, reference);
+    let errors = measure(&run.film, reference, run.shares_paths);
     Row {
         method,
         repeat,

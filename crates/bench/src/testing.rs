@@ -34,6 +34,7 @@ pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> S
                 max_bounces: "unlimited".into(),
                 max_radiance: "none".into(),
                 scrambles: "many".into(),
+                shared_paths: "off".into(),
             },
             biased: None,
             checkpoints: checkpoints.clone(),

@@ -40,6 +40,8 @@ pub(crate) struct Setup {
     pub(crate) compile_seconds: f64,
     pub(crate) device_bytes: u64,
     pub(crate) triangles: u64,
+    /// Whether pixels use one another's paths.
+    pub(crate) shares_paths: bool,
 }
 
 /// Bytes on the device up to which renderers are kept.
@@ -74,6 +76,7 @@ impl<'a> Tracers<'a> {
             compile_seconds: renderer.compile_seconds,
             device_bytes: renderer.device_bytes,
             triangles,
+            shares_paths: renderer.features.shared_paths,
         };
         self.kept.push((*method, renderer));
         Ok(setup)
@@ -101,6 +104,8 @@ pub(crate) struct Run {
     first_batch: u32,
     /// Where all points of a pixel are of one sequence: the seed that makes this stream's its own.
     seed: Option<u32>,
+    /// Whether pixels use one another's paths.
+    pub(crate) shares_paths: bool,
     begun: Counts,
     /// What has been done so far.
     pub(crate) counts: Counts,
@@ -139,6 +144,7 @@ impl Run {
             batches: 0,
             first_batch: stream * BATCHES_A_REPEAT,
             seed: renderer.features.one_scramble.then(|| settings.seed.wrapping_add(stream.wrapping_mul(SEEDS_APART))),
+            shares_paths: renderer.features.shared_paths,
             begun: renderer.counts,
             counts: Counts::default(),
             wall_seconds: 0.0,

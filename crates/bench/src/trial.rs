@@ -96,10 +96,11 @@ pub(crate) fn try_out(
     Ok(Some(Trials { costs: tried.iter().map(|t| t.cost).collect(), reference, reason }))
 }
 
-/// The integrators without bias among the methods, each with the method that tried it, Sobol's if there is one.
+/// The integrators without bias among the methods, each with the method that tried it, Sobol's if there is one. The reference's pixels are
+/// independent, so methods whose pixels share paths do not count.
 fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)> {
     let mut found: Vec<(Integrator, usize)> = Vec::new();
-    for (i, method) in methods.iter().enumerate().filter(|(_, m)| m.bias(&subject.scene).is_none()) {
+    for (i, method) in methods.iter().enumerate().filter(|(_, m)| !m.shared_paths && m.bias(&subject.scene).is_none()) {
         match found.iter_mut().find(|(integrator, _)| *integrator == method.integrator) {
             Some(known) if method.sampler == Sampler::Sobol => known.1 = i,
             Some(_) => {}

@@ -205,6 +205,26 @@ fn an_interrupt_keeps_what_was_measured() {
     assert_eq!(is_well_formed(&text(&folder, "report/index.html")), Ok(()));
 }
 
+#[test]
+fn shared_paths_can_be_raced() {
+    let folder = Folder::new();
+    let race = "bench {box} --size 16x16 --spp 4 --repeats 2 --vary integrator=mis --vary sampler=sobol -o r --quiet";
+    let ran = folder.run(&format!("{race} --vary shared-paths=off,on --vary max-bounces=1,unlimited")).succeeded();
+    let data = read_data(&folder.path("r/data.json")).unwrap();
+    let methods = data.scenes[0].methods.iter();
+    let raced: Vec<_> = methods.map(|m| (m.name.as_str(), m.words.shared_paths.as_str())).collect();
+    let [alone, shared] = ["mis/sobol", "mis/sobol, shared paths"];
+    let [alone_once, shared_once] = [alone, shared].map(|name| format!("{name} ≤ 1 bounce"));
+    assert_eq!(raced, [(&*alone_once, "off"), (&*shared_once, "on"), (alone, "off"), (shared, "on")]);
+    // Light of one bounce comes from lamps alone.
+    let told: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
+    assert_eq!(told, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
+    // Where they are shared, more rays are walked for as many paths.
+    let rays = |method| data.scenes[0].rows_of(method).filter(|row| row.spp == 4).map(|row| row.rays).sum::<u64>();
+    assert_eq!(rays(0), rays(1));
+    assert!(rays(3) > rays(2) + rays(2) / 10, "{} against {}", rays(3), rays(2));
+}
+
 #[cfg(unix)]
 fn measured(data: &Path) -> bool {
     read_data(data).is_ok_and(|data| data.scenes[0].is_complete(0, 0))

@@ -41,7 +41,8 @@ fn styles(scene: &SceneData) -> Vec<Style> {
     let mut groups = Vec::new();
     let methods = scene.methods.iter().map(|method| {
         let words = &method.words;
-        let group = (&words.integrator, &words.directions, &words.max_bounces, &words.max_radiance, &words.scrambles);
+        let limits = (&words.max_bounces, &words.max_radiance);
+        let group = (&words.integrator, &words.directions, limits, &words.scrambles, &words.shared_paths);
         let index = groups.iter().position(|g| *g == group).unwrap_or_else(|| {
             groups.push(group);
             groups.len() - 1

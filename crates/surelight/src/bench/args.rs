@@ -37,8 +37,8 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) quick: bool,
 
-    /// Race these values of a switch; repeat it for several: integrator, sampler, scrambles, directions, max-bounces
-    /// or max-radiance
+    /// Race these values of a switch; repeat it for several: integrator, sampler, scrambles, shared-paths, directions,
+    /// max-bounces or max-radiance
     #[arg(long, value_name = "SWITCH=A,B,…", value_parser = vary)]
     vary: Vec<String>,
 
