@@ -148,6 +148,8 @@ features! {
     one_scramble,
     /// Neighbouring pixels use each other's second vertices.
     shared_paths,
+    /// Where noise is strong, a sample is the mean of several paths.
+    adaptive,
     /// Paths end at the bounce limit alone: for tests of roulette.
     no_roulette,
     /// Rays are walked several times, to measure what a walk costs.

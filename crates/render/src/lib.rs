@@ -4,6 +4,7 @@
 //! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met. Who is in a
 //! hurry compiles while the BVH is built: [`Prepared::with_work`], [`Ahead::compile`], [`Renderer::with_kernel`].
 
+mod adaptive;
 mod ahead;
 mod batches;
 mod compose;

@@ -2,9 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use surelight_film::{Features as FilmFeatures, Film};
+use surelight_film::{Features as FilmFeatures, Film, Window};
 
 use crate::{
+    adaptive::{self, BLOCK, LOOK, LOOK_SEED},
     ahead::Ahead,
     compose::compose,
     device::Device,
@@ -47,12 +48,14 @@ pub struct Renderer<'a> {
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
+    multiplicities: Option<wgpu::Buffer>,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
     size: [u32; 2],
     threads: u32,
     most_lanes: u32,
     walks: u32,
+    seed: u32,
     most_batches: u32,
     /// What has been done so far.
     pub counts: Counts,
@@ -138,6 +141,13 @@ impl<'a> Renderer<'a> {
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
+        let mut multiplicities = None;
+        if features.adaptive {
+            let ones = vec![1u32; (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize];
+            let buffer = up.buffer("paths of a sample", &ones, U::STORAGE | U::COPY_DST)?;
+            resources.insert("multiplicities".into(), Resource::Buffer(buffer.clone()));
+            multiplicities = Some(buffer);
+        }
         // Nobody kills a CPU driver's dispatches; interrupts wait for them.
         let longest = if device.info.is_cpu { 4 * LONGEST } else { LONGEST };
         let kernel = program.bind(device, &resources)?;
@@ -159,11 +169,13 @@ impl<'a> Renderer<'a> {
             pass_buffer,
             sums,
             feature_pixels,
+            multiplicities,
             readback,
             size: [width, height],
             threads,
             most_lanes,
             walks: 1,
+            seed: prepared.view.seed,
             most_batches,
             counts: Counts::default(),
         };
@@ -191,9 +203,40 @@ impl<'a> Renderer<'a> {
     }
 
     /// Changes the seed: pictures from here on are independent of those before.
-    pub fn set_seed(&self, seed: u32) {
+    pub fn set_seed(&mut self, seed: u32) {
+        self.seed = seed;
         let offset = std::mem::offset_of!(View, seed) as u64;
         self.dispatcher.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
+    }
+
+    /// Where the kernel is adaptive, looks at the whole picture (eight samples a pixel, which are thrown away) and finds how many paths each
+    /// sample is to have from here on, by blocks of 8×8 pixels. Before that it is one. Returns their mean over a window's pixels; `None` when
+    /// the observer stopped it.
+    ///
+    /// What is found depends on the scene, the settings and the seed alone, so that crops and parts of a render agree.
+    pub fn adapt(&mut self, window: &Window, observer: &mut Observer<'_>) -> Result<Option<f64>, RenderError> {
+        let Some(buffer) = self.multiplicities.clone() else { return Ok(Some(1.0)) };
+        let (counts, seed) = (self.counts, self.seed);
+        let [width, height] = self.size;
+        let mut film = Film::new(width, height);
+        self.set_seed(seed ^ LOOK_SEED);
+        let [batches, samples] = LOOK;
+        let mut finished = Ok(true);
+        for k in 0..batches {
+            let number = if self.features.one_scramble { k * samples } else { k };
+            finished = self.trace(&mut film, number, 1, samples, observer);
+            if !matches!(finished, Ok(true)) {
+                break;
+            }
+        }
+        self.set_seed(seed);
+        self.counts = counts;
+        if !finished? {
+            return Ok(None);
+        }
+        let found = adaptive::multiplicities(&film);
+        self.dispatcher.device.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&found));
+        Ok(Some(adaptive::mean(&found, window)))
     }
 
     /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it

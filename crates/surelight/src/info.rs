@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 16] = [
+const CHOSEN: [&str; 17] = [
     "items_image",
     "lens",
     "receiver",
@@ -32,6 +32,7 @@ const CHOSEN: [&str; 16] = [
     "one_scramble",
     "no_roulette",
     "shared_paths",
+    "adaptive",
     "repeat_walk",
 ];
 

@@ -53,6 +53,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
     pub(crate) shared_paths: SharedPaths,
 
+    /// Where a short look finds strong noise, a sample is the mean of up to eight paths; no bias
+    #[arg(long, conflicts_with = "shared_paths")]
+    pub(crate) adaptive: bool,
+
     /// Brightens the PNG by this many stops
     #[arg(
         long,

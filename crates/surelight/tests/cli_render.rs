@@ -132,3 +132,27 @@ fn an_empty_scene_is_sky() {
     let exr = read_exr(&folder.path("a.exr")).unwrap();
     assert!(exr.channels["G"].iter().all(|&g| g == 1.0), "{:?}", exr.channels["G"]);
 }
+
+#[test]
+fn adaptive_samples_are_told_of() {
+    let folder = Folder::new();
+    let ran = folder.run("{box} --size 40x40 --spp 4 --adaptive --json -o a.exr").succeeded();
+    let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
+    let mean = summary["paths_a_sample"].as_f64().unwrap();
+    assert!(mean >= 1.0, "{summary}");
+    assert_eq!(summary["paths"].as_u64(), Some((40.0 * 40.0 * 4.0 * mean).round() as u64), "{summary}");
+    assert_eq!(summary["shared_paths"], false);
+    let exr = read_exr(&folder.path("a.exr")).unwrap();
+    assert!(exr.channels["Samples.N"].iter().all(|&n| n == 4.0));
+    assert_eq!(exr.surelight_metadata().unwrap().settings["adaptive"], true);
+
+    // Two parts are the whole, bit for bit, if both are adaptive.
+    for range in ["0..2", "2..4"] {
+        folder.run(&format!("{{box}} --size 40x40 --spp 4 --samples {range} --adaptive -o {range}.exr")).succeeded();
+    }
+    folder.run("merge 0..2.exr 2..4.exr -o b.exr").succeeded();
+    let joined = read_exr(&folder.path("b.exr")).unwrap();
+    assert!(exr.channels.iter().all(|(name, channel)| *channel == joined.channels[name]), "merged parts differ");
+    folder.run("{box} --size 40x40 --spp 4 --samples 2..4 --shared-paths off -o c.exr").succeeded();
+    folder.run("merge 0..2.exr c.exr -o d.exr").failed_with(&["adaptive"]);
+}

@@ -1,5 +1,6 @@
 //! Torture cases 20 to 26: what is sampled, and what error bars make of it.
 
+mod adaptive;
 mod chi2;
 mod coverage;
 mod depth;

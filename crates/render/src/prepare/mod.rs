@@ -326,6 +326,7 @@ fn decide(
         directions_cosine: settings.integrator == Integrator::Hemisphere(Directions::Cosine),
         sampler_independent: settings.sampler == Sampler::Independent,
         sampler_stratified: settings.sampler == Sampler::Stratified,
+        adaptive: settings.adaptive,
         one_scramble: settings.one_scramble && settings.sampler == Sampler::Sobol,
         items_image: false, // the device decides
         repeat_walk: false, // measurements alone ask for it
@@ -364,6 +365,7 @@ fn may_share_paths(settings: &Settings, features: &Features) -> bool {
     settings.integrator == Integrator::Mis
         && light
         && bounces
+        && !settings.adaptive
         && !features.receiver
         && !features.dispersion
         && !features.nested

@@ -86,6 +86,9 @@ pub struct Settings {
     /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
     pub shared_paths: SharedPaths,
+    /// Where noise is strong, a sample is the mean of up to eight paths, of as many as [`crate::Renderer::adapt`] finds worth while. Pixels
+    /// then do not share paths.
+    pub adaptive: bool,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -114,6 +117,7 @@ impl Settings {
             sampler: Sampler::default(),
             one_scramble: false,
             shared_paths: SharedPaths::default(),
+            adaptive: false,
             seed: 0,
             aperture: None,
             focus: None,

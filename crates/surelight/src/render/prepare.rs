@@ -94,6 +94,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
             SharedPaths::On => surelight_render::SharedPaths::On,
             SharedPaths::Off => surelight_render::SharedPaths::Off,
         },
+        adaptive: args.adaptive,
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

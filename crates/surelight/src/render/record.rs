@@ -133,6 +133,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         ("sampler", json!(word(method.sampler))),
         ("scrambles", json!(args.is_one_sequence().then_some(1))),
         (SHARED_PATHS, json!(shared_paths.then_some(true))),
+        ("adaptive", json!(args.adaptive.then_some(true))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),

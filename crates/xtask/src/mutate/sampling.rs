@@ -42,6 +42,15 @@ pub(super) const ROWS: &[Mutation] = &[
         test: "shared_paths::neighbours_agree_about_gloss",
     },
     Mutation {
+        case: 21,
+        mistake: "a sample of several paths is their sum, not their mean",
+        file: "shaders/kernel/path.wesl",
+        from: "path.radiance *= 1.0 / f32(path.multiplicity);",
+        to: "path.radiance *= 1.0;",
+        binary: BINARY,
+        test: "adaptive::adaptive_samples_are_means_of_paths",
+    },
+    Mutation {
         case: 22,
         mistake: "roulette without the division by the chance to go on",
         file: "shaders/estimator/vertex.wesl",
