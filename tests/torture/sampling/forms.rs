@@ -5,6 +5,7 @@
 //! be seen 9 times in 10 is printed and bounded.
 
 use glam::{DAffine3, DMat3, DVec3};
+use surelight_accel::{BuildOptions, Instancing};
 use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
 use surelight_render::{Directions, Integrator, Renderer, Sampler, Settings};
@@ -85,8 +86,8 @@ type Way = (&'static str, Settings, u32);
 
 /// The scene by multiple importance sampling against other ways.
 fn check(scene: &Scene, ways: &[Way], power: f64) {
-    let bounces = ways[0].1.max_bounces;
-    let reference = Settings { max_bounces: bounces, ..settings(Integrator::Mis, 1000) };
+    let Settings { max_bounces, build, .. } = ways[0].1;
+    let reference = Settings { max_bounces, build, ..settings(Integrator::Mis, 1000) };
     let reference = render(scene, &reference, 16, 64);
     for (name, settings, samples) in ways {
         let film = render(scene, settings, 16, *samples);
@@ -177,9 +178,15 @@ pub(super) fn lanterns() -> Scene {
     scene
 }
 
+/// Instances, however few triangles their copies would have.
+pub(super) fn instanced(settings: Settings) -> Settings {
+    Settings { build: BuildOptions { instancing: Instancing::Always, ..BuildOptions::default() }, ..settings }
+}
+
 #[test]
 fn forms_agree_under_lanterns() {
     let scene = lanterns();
+    let settings = |integrator, seed| instanced(settings(integrator, seed));
     let prepared = prepare(&scene, &settings(Integrator::Mis, 0));
     assert!(prepared.features.light_tree && prepared.features.instances, "{:?}", prepared.features);
     let ways = [

@@ -36,8 +36,9 @@ fn pictures(scene: &Scene, shared: bool, seeds: std::ops::Range<u32>, batches: u
         shared_paths: if shared { SharedPaths::On } else { SharedPaths::Off },
         ..Settings::new(SIZE[0], SIZE[1])
     };
-    let prepared = prepare(scene, &settings);
-    assert_eq!(prepared.features.shared_paths, shared);
+    let repeats = scene.instances.len() > scene.meshes.len();
+    let prepared = prepare(scene, &if repeats { forms::instanced(settings) } else { settings });
+    assert_eq!((prepared.features.shared_paths, prepared.features.instances), (shared, repeats));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     seeds
         .map(|seed| {
