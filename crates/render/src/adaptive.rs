@@ -5,7 +5,7 @@
 
 use surelight_film::{Film, Window};
 
-use crate::prepare::luminance;
+use crate::{noise, prepare::luminance};
 
 /// Pixels along a side of a block. Twin of `multiplicities` in `shaders/kernel/lanes.wesl`.
 pub(crate) const BLOCK: u32 = 8;
@@ -19,28 +19,23 @@ pub(crate) const LOOK: [u32; 2] = [4, 2];
 /// What the picture's seed is changed by while it is looked at.
 pub(crate) const LOOK_SEED: u32 = 0x5bd1_e995;
 
-/// Added to a pixel's squared mean, as a share of the picture's: dark pixels do not decide.
-const FLOOR: f64 = 0.01;
-
 /// For each block of the film's whole picture, row after row: a block of mean noise gets one path a sample, others in proportion to their
 /// noise, rounded, at least 1 and at most [`MOST`].
 pub(crate) fn multiplicities(film: &Film) -> Vec<u32> {
     let [width, height] = [film.width(), film.height()];
     let across = width.div_ceil(BLOCK);
-    let of = |p: usize| luminance(film.mean(p).map(|c| c as f32));
     let count = film.pixels().len();
-    let mean = (0..count).map(of).sum::<f64>() / count as f64;
+    let means: Vec<f64> = (0..count).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
     let mut blocks = vec![(0.0, 0u32); (across * height.div_ceil(BLOCK)) as usize];
-    for p in 0..count {
-        let deviation = luminance(film.variance_of_mean(p).unwrap_or_default().map(|v| v.sqrt() as f32));
-        let relative = deviation.powi(2) / (of(p).powi(2) + FLOOR * mean.powi(2)).max(f64::MIN_POSITIVE);
+    for (p, weight) in noise::weights(&means).into_iter().enumerate() {
+        let relative = noise::variance(film, p) * weight;
         let (x, y) = (p as u32 % width, p as u32 / width);
         let block = &mut blocks[(y / BLOCK * across + x / BLOCK) as usize];
         *block = (block.0 + relative, block.1 + 1);
     }
-    let noise: Vec<f64> = blocks.iter().map(|&(sum, pixels)| (sum / f64::from(pixels)).sqrt()).collect();
-    let usual = (noise.iter().sum::<f64>() / noise.len() as f64).max(f64::MIN_POSITIVE);
-    noise.iter().map(|n| (n / usual).round().clamp(1.0, MOST.into()) as u32).collect()
+    let noises: Vec<f64> = blocks.iter().map(|&(sum, pixels)| (sum / f64::from(pixels)).sqrt()).collect();
+    let usual = (noises.iter().sum::<f64>() / noises.len() as f64).max(f64::MIN_POSITIVE);
+    noises.iter().map(|n| (n / usual).round().clamp(1.0, MOST.into()) as u32).collect()
 }
 
 /// The mean over a window's pixels of a number given by blocks.

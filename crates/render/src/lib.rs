@@ -15,6 +15,7 @@ mod features;
 mod images;
 mod integrate;
 mod kernel;
+mod noise;
 mod particles;
 mod pass;
 mod precise;

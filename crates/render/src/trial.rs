@@ -8,6 +8,7 @@ use surelight_scene::{Camera, Scene};
 use crate::{
     device::Device,
     error::RenderError,
+    noise,
     prepare::{Integrator, Prepared, Settings, luminance},
     renderer::Renderer,
 };
@@ -23,9 +24,6 @@ const SAMPLES: u32 = 8;
 
 /// Trials' batches have numbers that no render comes to: their samples are others, and are thrown away.
 const FIRST_BATCH: u32 = 3 << 30;
-
-/// Added to a pixel's squared mean, as a share of the picture's: dark pixels do not decide.
-const FLOOR: f64 = 0.01;
 
 /// How an integrator did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,17 +92,12 @@ fn weights(films: &[Vec<Film>]) -> Vec<f64> {
     let means: Vec<f64> = (0..first.pixels().len())
         .map(|p| all.iter().map(|film| luminance(film.mean(p).map(|c| c as f32))).sum::<f64>() / all.len() as f64)
         .collect();
-    let mean = means.iter().sum::<f64>() / means.len() as f64;
-    means.iter().map(|m| 1.0 / (m * m + FLOOR * mean * mean).max(f64::MIN_POSITIVE)).collect()
+    noise::weights(&means)
 }
 
 fn judge(integrator: Integrator, films: &[Film], seconds: &[f64], weights: &[f64]) -> Trial {
     let variance_of = |film: &Film| {
-        let relative = |p: usize| {
-            let variance = film.variance_of_mean(p).unwrap_or_default();
-            // Σ w_c σ_c, squared: channels vary together.
-            luminance(variance.map(|v| v.sqrt() as f32)).powi(2) * film.samples(p) as f64 * weights[p]
-        };
+        let relative = |p: usize| noise::variance(film, p) * film.samples(p) as f64 * weights[p];
         (0..weights.len()).map(relative).sum::<f64>() / weights.len().max(1) as f64
     };
     let variances: Vec<f64> = films.iter().map(variance_of).collect();

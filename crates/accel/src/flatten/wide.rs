@@ -48,7 +48,7 @@ pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
             let root = roots(&mut out.items);
             let mut writer = Writer::new(&mut out, tree, soup, &|_| Item::default());
             writer.root(root);
-            // One more for the way out of the instance.
+            // One to spare: walks of this layout leave no mark behind where they enter an instance.
             inner = inner.max(writer.depth + 1);
         }
     }
