@@ -120,6 +120,20 @@ impl Film {
         if samples == 0 {
             return Err(FilmError::NoSamples);
         }
+        self.add_uneven_batch(|_, _| samples, pixel_of_lane, sums)
+    }
+
+    /// Likewise, where pixels have different numbers of samples, given by their places (x, y) in the whole image. Those of a pixel that
+    /// are none add nothing. Of each pixel, means and variances hold if its batches are independent estimates, whatever its numbers are.
+    ///
+    /// # Errors
+    /// Where the batch does not fit the film. The film is then unchanged.
+    pub fn add_uneven_batch(
+        &mut self,
+        samples: impl Fn(u32, u32) -> u32 + Sync,
+        pixel_of_lane: &[u32],
+        sums: &[BatchSum],
+    ) -> Result<u64, FilmError> {
         if pixel_of_lane.len() != sums.len() {
             return Err(FilmError::LaneCount { lanes: pixel_of_lane.len(), sums: sums.len() });
         }
@@ -137,16 +151,19 @@ impl Film {
             }
             *entry = lane as u32;
         }
+        let Window { corner: [left, top], size: [width, _], .. } = self.window;
         let refused = self
             .pixels
             .par_iter_mut()
             .zip(&self.lane_of_pixel)
+            .enumerate()
             .with_min_len(4096)
-            .map(|(moments, &lane)| {
+            .map(|(pixel, (moments, &lane))| {
                 if lane == NONE {
                     return 0;
                 }
-                u64::from(!moments.add_batch(samples, &sums[lane as usize]))
+                let samples = samples(left + pixel as u32 % width, top + pixel as u32 / width);
+                u64::from(samples > 0 && !moments.add_batch(samples, &sums[lane as usize]))
             })
             .sum();
         self.refused += refused;

@@ -10,6 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use surelight_film::BatchSum;
 
 use crate::{
+    adaptive::Shares,
     compose::compose,
     device::Device,
     dispatch::{Dispatcher, LONGEST, Sliced},
@@ -150,6 +151,7 @@ impl Particles {
         &mut self,
         dispatcher: &Dispatcher<'_>,
         run: Run,
+        shares: Option<&Shares>,
         results: &mut [(Tile, Vec<BatchSum>)],
         counts: &mut Counts,
         observer: &mut Observer<'_>,
@@ -180,7 +182,10 @@ impl Particles {
                 let splats = self.read_splats(dispatcher.device, band.size)?;
                 counts.read_seconds += began.elapsed().as_secs_f64();
                 for (tile, sums) in now.iter_mut() {
-                    self.add_splats(&band, &splats, tile, sums, k as usize)?;
+                    let share = |pixel: [u32; 2]| {
+                        shares.map_or(1.0, |s| f64::from(s.samples(pixel, run.samples)) / f64::from(run.samples))
+                    };
+                    self.add_splats(&band, &splats, share, tile, sums, k as usize)?;
                 }
             }
         }
@@ -245,6 +250,7 @@ impl Particles {
         &self,
         band: &Tile,
         splats: &[Splat],
+        share: impl Fn([u32; 2]) -> f64,
         tile: &Tile,
         sums: &mut [BatchSum],
         batch: usize,
@@ -261,8 +267,11 @@ impl Particles {
             }
             let [red, green, blue, squares] = splat.sums;
             let squares = if squares[1] == u32::MAX { f64::INFINITY } else { wide(squares) * square_unit };
-            *sum =
-                sum.with_particles([red, green, blue].map(|c| wide(c) * unit), f32::from_bits(splat.largest), squares);
+            // A pixel of more samples than others has a larger sum, of which particles are the same part.
+            let share = share([band.corner[0] + pixel % band.size[0], band.corner[1] + pixel / band.size[0]]);
+            let largest = (share * f64::from(f32::from_bits(splat.largest))) as f32;
+            let splat = [red, green, blue].map(|c| share * wide(c) * unit);
+            *sum = sum.with_particles(splat, largest, share * share * squares);
         }
         Ok(())
     }

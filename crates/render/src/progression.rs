@@ -210,11 +210,13 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
         let (spp, pilot, started, time) = (self.spp, self.pilot, self.started, self.time);
         let first = if pilot { 0 } else { self.first };
         let begun = if pilot { 0.0 } else { f64::from(self.begun - first) };
-        let paths_before = self.renderer.counts.paths as f64 - pixels * f64::from(spp - first);
+        let (paths_before, of_pass) = (self.renderer.counts.paths, f64::from(batches) * f64::from(samples));
+        let a_sample = pixels * self.renderer.mean_share(&film.window());
         let until = until.map(|until| until - first);
         let mut watch = |counts: &Counts| {
             let seconds = started.elapsed().as_secs_f64();
-            let share = until.map(|n| (counts.paths as f64 - paths_before) / (pixels * f64::from(n)));
+            let in_pass = ((counts.paths - paths_before) as f64 / a_sample).min(of_pass);
+            let share = until.map(|n| (f64::from(spp - first) + in_pass) / f64::from(n));
             let by_share = share.zip(until).and_then(|(share, n)| {
                 let here = share - begun / f64::from(n);
                 (here > 0.0).then(|| seconds * (1.0 - share).max(0.0) / here)

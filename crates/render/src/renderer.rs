@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use surelight_film::{Features as FilmFeatures, Film, Window};
 
 use crate::{
-    adaptive::{self, BLOCK, LOOK, LOOK_SEED},
+    adaptive::{LOOK, LOOK_SEED, Shares, least_share},
     ahead::Ahead,
     compose::compose,
     device::Device,
@@ -48,7 +48,8 @@ pub struct Renderer<'a> {
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
-    multiplicities: Option<wgpu::Buffer>,
+    /// Where the kernel is adaptive, pixels' shares of the samples, and where it reads them.
+    shares: Option<(Shares, wgpu::Buffer)>,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
     size: [u32; 2],
@@ -141,12 +142,12 @@ impl<'a> Renderer<'a> {
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
-        let mut multiplicities = None;
+        let mut shares = None;
         if features.adaptive {
-            let ones = vec![1u32; (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize];
-            let buffer = up.buffer("paths of a sample", &ones, U::STORAGE | U::COPY_DST)?;
-            resources.insert("multiplicities".into(), Resource::Buffer(buffer.clone()));
-            multiplicities = Some(buffer);
+            let even = Shares::even([width, height]);
+            let buffer = up.buffer("shares of the samples", &even.quarters, U::STORAGE | U::COPY_DST)?;
+            resources.insert("quarters".into(), Resource::Buffer(buffer.clone()));
+            shares = Some((even, buffer));
         }
         // Nobody kills a CPU driver's dispatches; interrupts wait for them.
         let longest = if device.info.is_cpu { 4 * LONGEST } else { LONGEST };
@@ -169,7 +170,7 @@ impl<'a> Renderer<'a> {
             pass_buffer,
             sums,
             feature_pixels,
-            multiplicities,
+            shares,
             readback,
             size: [width, height],
             threads,
@@ -209,13 +210,15 @@ impl<'a> Renderer<'a> {
         self.dispatcher.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
     }
 
-    /// Where the kernel is adaptive, looks at the whole picture (eight samples a pixel, which are thrown away) and finds how many paths each
-    /// sample is to have from here on, by blocks of 8×8 pixels. Before that it is one. Returns their mean over a window's pixels; `None` when
-    /// the observer stopped it.
+    /// Where the kernel is adaptive, looks at the whole picture (four samples a pixel, which are thrown away) and finds which share of the
+    /// samples each block of 8×8 pixels is to have from here on, from a quarter of those asked for to eight times as many. Before that it is one. When at least 256 are `planned`, no
+    /// pixel gets fewer than these. Returns false when the observer stopped it.
     ///
-    /// What is found depends on the scene, the settings and the seed alone, so that crops and parts of a render agree.
-    pub fn adapt(&mut self, window: &Window, observer: &mut Observer<'_>) -> Result<Option<f64>, RenderError> {
-        let Some(buffer) = self.multiplicities.clone() else { return Ok(Some(1.0)) };
+    /// What is found depends on the scene, the settings, the seed and the plan alone, so that crops and parts of a render agree.
+    pub fn adapt(&mut self, planned: Option<u32>, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
+        if self.shares.is_none() {
+            return Ok(true);
+        }
         let (counts, seed) = (self.counts, self.seed);
         let [width, height] = self.size;
         let mut film = Film::new(width, height);
@@ -231,12 +234,17 @@ impl<'a> Renderer<'a> {
         }
         self.set_seed(seed);
         self.counts = counts;
-        if !finished? {
-            return Ok(None);
+        let finished = finished?;
+        if let Some((shares, buffer)) = self.shares.as_mut().filter(|_| finished) {
+            *shares = Shares::by_noise(&film, least_share(planned));
+            self.dispatcher.device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&shares.quarters));
         }
-        let found = adaptive::multiplicities(&film);
-        self.dispatcher.device.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&found));
-        Ok(Some(adaptive::mean(&found, window)))
+        Ok(finished)
+    }
+
+    /// Samples of a window's pixels, on average, for each one that is asked for.
+    pub fn mean_share(&self, window: &Window) -> f64 {
+        self.shares.as_ref().map_or(1.0, |(shares, _)| shares.mean(window))
     }
 
     /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it
@@ -263,7 +271,7 @@ impl<'a> Renderer<'a> {
 
     /// Traces `batches` batches of `samples` samples a pixel, the first of them numbered `first_batch` (with one scramble: by the
     /// number of its first sample), and adds them to the film, which may be of a crop. Returns false when the observer stopped it: the film then has none of these batches for some of its tiles' pixels,
-    /// so nothing at all is added.
+    /// so nothing at all is added. After [`Self::adapt`] some pixels have more samples, others fewer.
     pub fn trace(
         &mut self,
         film: &mut Film,
@@ -289,7 +297,8 @@ impl<'a> Renderer<'a> {
         }
         if let Some(particles) = &mut self.particles {
             let run = Run { first_batch, batches, samples };
-            if !particles.trace(&self.dispatcher, run, &mut results, &mut self.counts, observer)? {
+            let shares = self.shares.as_ref().map(|(shares, _)| shares);
+            if !particles.trace(&self.dispatcher, run, shares, &mut results, &mut self.counts, observer)? {
                 return Ok(false);
             }
         }
@@ -301,7 +310,13 @@ impl<'a> Renderer<'a> {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
-                film.add_batch(samples, &pixels, batch)
+                let added = match &self.shares {
+                    Some((shares, _)) => {
+                        film.add_uneven_batch(|x, y| shares.samples([x, y], samples), &pixels, batch)
+                    }
+                    None => film.add_batch(samples, &pixels, batch),
+                };
+                added
                     .map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
             }
         }

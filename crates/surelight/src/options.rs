@@ -53,9 +53,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
     pub(crate) shared_paths: SharedPaths,
 
-    /// Where a short look finds strong noise, a sample is the mean of up to eight paths; no bias
-    #[arg(long, conflicts_with = "shared_paths")]
-    pub(crate) adaptive: bool,
+    /// Whether pixels have from a quarter of --spp to eight times as many samples, by how noisy a short look finds their
+    /// surroundings; no bias
+    #[arg(long, value_enum, default_value_t = Adaptive::Auto)]
+    pub(crate) adaptive: Adaptive,
 
     /// Brightens the PNG by this many stops
     #[arg(
@@ -110,9 +111,14 @@ impl RenderArgs {
     /// Whether all points of a pixel are of one sequence. Without independent batches the error told is an upper bound; below the
     /// number of samples that a certificate takes, that is a small price for a better picture.
     pub(crate) fn is_one_sequence(&self) -> bool {
-        let Goal { spp, precision, .. } = self.stop.goal(Duration::ZERO);
-        let short = precision.is_none() && spp.is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
+        let short = self.planned().is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
         self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
+    }
+
+    /// Samples a pixel that are planned from the beginning.
+    pub(crate) fn planned(&self) -> Option<u32> {
+        let Goal { spp, precision, .. } = self.stop.goal(Duration::ZERO);
+        spp.filter(|_| precision.is_none())
     }
 }
 
@@ -265,6 +271,17 @@ pub(crate) enum SharedPaths {
     /// Wherever they can
     On,
     /// Never: each pixel's error is its own
+    Off,
+}
+
+/// When samples go where noise is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Adaptive {
+    /// Where it pays, by a look at the noise, if --spp plans 64 samples or more; not where pixels share paths
+    Auto,
+    /// Wherever noise is uneven
+    On,
+    /// All pixels have as many samples
     Off,
 }
 

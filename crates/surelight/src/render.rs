@@ -40,8 +40,6 @@ struct Finished<'a> {
     /// The checkpoint that is left.
     checkpoint: Option<std::path::PathBuf>,
     counts: Counts,
-    /// On average, over the film's pixels.
-    paths_a_sample: f64,
     device_bytes: u64,
     seconds: Seconds,
 }
@@ -114,10 +112,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         seconds.features = stages.end()?;
     }
 
-    let mut paths_a_sample = 1.0;
-    if args.adaptive {
+    if renderer.features.adaptive {
         progress.stage("looking for noise in", &args.scene);
-        paths_a_sample = renderer.adapt(&window, &mut |_| !interrupt::requested())?.unwrap_or(1.0);
+        renderer.adapt(args.planned(), &mut |_| !interrupt::requested())?;
         seconds.trials += stages.end()?;
     }
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
@@ -164,7 +161,6 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         resumed_spp,
         checkpoint: (outcome != Outcome::Done).then(|| checkpoint.path().to_owned()),
         counts: renderer.counts,
-        paths_a_sample,
         device_bytes: renderer.device_bytes,
         seconds,
     };

@@ -34,10 +34,10 @@ pub(crate) struct Summary {
     pub(crate) checkpoint: Option<String>,
     /// Samples a pixel that were asked for; `null` where time alone decided.
     pub(crate) target_spp: Option<u32>,
-    /// Camera paths: pixels × samples × `paths_a_sample`.
+    /// The fewest and the most samples of a pixel: `spp` both, unless `--adaptive` puts them where noise is.
+    pub(crate) pixel_samples: [u64; 2],
+    /// Camera paths, one for each sample.
     pub(crate) paths: u64,
-    /// Paths that a sample is the mean of, on average; 1 without `--adaptive`.
-    pub(crate) paths_a_sample: f64,
     /// Rays traced for them, shadow rays included.
     pub(crate) rays: u64,
     /// Whether the four pixels of each 2×2 square used one another's.
@@ -206,8 +206,10 @@ impl Display for Summary {
         }
         writeln!(f, "adapter   {}, {}, driver {}", self.adapter.name, self.adapter.backend, self.adapter.driver)?;
         write!(f, "samples   {} a pixel", self.spp)?;
-        if self.paths_a_sample != 1.0 {
-            write!(f, ", of {:.2} paths on average", self.paths_a_sample)?;
+        if let [least, most] = self.pixel_samples
+            && least < most
+        {
+            write!(f, ", {least} to {most} by noise")?;
         }
         match (self.stopped, self.target_spp) {
             (Stop::Done, _) => {}
@@ -345,7 +347,7 @@ mod tests {
             checkpoint: Some("box.checkpoint.exr".into()),
             target_spp: Some(64),
             paths: 3_686_400,
-            paths_a_sample: 1.0,
+            pixel_samples: [64, 64],
             rays: 20_000_000,
             shared_paths: true,
             seed: 0,

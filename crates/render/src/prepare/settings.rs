@@ -66,6 +66,18 @@ pub enum SharedPaths {
     On,
 }
 
+/// Whether samples go where noise is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Adaptive {
+    /// All pixels have as many.
+    #[default]
+    Off,
+    /// They do unless pixels share paths: what is left to be gained there seldom is worth a look.
+    Auto,
+    /// They do.
+    On,
+}
+
 /// What to render, beside the scene and the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -86,9 +98,8 @@ pub struct Settings {
     /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
     pub shared_paths: SharedPaths,
-    /// Where noise is strong, a sample is the mean of up to eight paths, of as many as [`crate::Renderer::adapt`] finds worth while. Pixels
-    /// then do not share paths.
-    pub adaptive: bool,
+    /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while.
+    pub adaptive: Adaptive,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -117,7 +128,7 @@ impl Settings {
             sampler: Sampler::default(),
             one_scramble: false,
             shared_paths: SharedPaths::default(),
-            adaptive: false,
+            adaptive: Adaptive::default(),
             seed: 0,
             aperture: None,
             focus: None,

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use surelight_film::{Film, Metadata, Part, SHARED_PATHS, Window};
-use surelight_render::{Counts, Device, Renderer, Standing};
+use surelight_render::{Counts, Device, Features, Renderer, Standing};
 
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
@@ -29,10 +29,9 @@ impl Record {
         renderer: &Renderer<'_>,
         window: Window,
     ) -> Self {
-        let goal = args.stop.goal(std::time::Duration::ZERO);
         let part = Part {
             size: window.whole,
-            planned_samples: goal.spp.filter(|_| goal.precision.is_none()).map(u64::from),
+            planned_samples: args.planned().map(u64::from),
             asked_samples: args.parts.samples.map(|samples| samples.map(u64::from)),
             kernel: fingerprint::of_text(&renderer.wgsl),
             ..Part::default()
@@ -40,7 +39,7 @@ impl Record {
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene_hash: loaded.scene_hash.clone(),
-            settings: settings(args, method, loaded, renderer.features.shared_paths),
+            settings: settings(args, method, loaded, &renderer.features),
             seed: args.seed.into(),
             crop: (!window.is_all()).then(|| window.edges()),
             device: device.info.name.clone(),
@@ -107,7 +106,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
 }
 
 /// What shapes the picture, by the names of the options.
-fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_paths: bool) -> Map<String, Value> {
+fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, features: &Features) -> Map<String, Value> {
     let view = &loaded.view;
     let camera = json!({
         "name": view.camera.name,
@@ -132,8 +131,8 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         ("directions", json!(method.directions_in_force().map(word))),
         ("sampler", json!(word(method.sampler))),
         ("scrambles", json!(args.is_one_sequence().then_some(1))),
-        (SHARED_PATHS, json!(shared_paths.then_some(true))),
-        ("adaptive", json!(args.adaptive.then_some(true))),
+        (SHARED_PATHS, json!(features.shared_paths.then_some(true))),
+        ("adaptive", json!(features.adaptive.then_some(true))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),

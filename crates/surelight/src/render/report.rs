@@ -41,8 +41,8 @@ impl Finished<'_> {
             crop: self.record.beginning().crop,
             sample_range: [self.standing.first, self.standing.next],
             checkpoint: self.checkpoint.as_ref().map(|path| path.display().to_string()),
-            paths: ((before.paths + self.counts.paths) as f64 * self.paths_a_sample).round() as u64,
-            paths_a_sample: self.paths_a_sample,
+            pixel_samples: self.pixel_samples(),
+            paths: before.paths + self.counts.paths,
             rays: before.rays + self.counts.rays,
             shared_paths: self.record.shares_paths(),
             seed: self.args.seed,
@@ -54,7 +54,7 @@ impl Finished<'_> {
             },
             seconds: self.seconds,
             mrays_per_second: mega_rate(self.counts.rays, self.seconds.trace),
-            mpaths_per_second: self.paths_a_sample * mega_rate(self.counts.paths, self.seconds.trace),
+            mpaths_per_second: mega_rate(self.counts.paths, self.seconds.trace),
             tried: self.tried.clone(),
             relative_error: self.film.error_summary().map(|e| RelativeError::new(e, self.args.is_one_sequence())),
             intervals: self.intervals(),
@@ -64,6 +64,12 @@ impl Finished<'_> {
             peak_device_bytes: self.device_bytes,
             warnings,
         }
+    }
+
+    /// The fewest and the most samples of a pixel.
+    fn pixel_samples(&self) -> [u64; 2] {
+        let samples = || (0..self.film.pixels().len()).map(|i| self.film.samples(i));
+        [samples().min().unwrap_or(0), samples().max().unwrap_or(0)]
     }
 
     /// What the error bars promise.
