@@ -276,6 +276,17 @@ mod tests {
     }
 
     #[test]
+    fn pixels_may_have_different_numbers_of_samples() {
+        let mut film = Film::of_window(Window::crop([5, 4], [3, 1, 5, 3]).unwrap());
+        let samples = |x: u32, y: u32| 2 * (x - 3) + 4 * (y - 1);
+        let sums: Vec<_> = [0, 1, 2, 3].map(|i| BatchSum::constant(2 * i, [3.0; 3])).into();
+        assert_eq!(film.add_uneven_batch(samples, &[0, 1, 2, 3], &sums), Ok(0));
+        assert_eq!([0, 1, 2, 3].map(|i| film.samples(i)), [0, 2, 4, 6]);
+        assert_eq!([1, 2, 3].map(|i| film.mean(i)[0]), [3.0; 3]);
+        assert_eq!(film.add_uneven_batch(samples, &[0, 1], &[sums[0]; 1]), Err(FilmError::LaneCount { lanes: 2, sums: 1 }));
+    }
+
+    #[test]
     fn bad_batches_leave_the_film_as_it_was() {
         let mut film = Film::new(2, 1);
         let sum = BatchSum::constant(1, [1.0; 3]);

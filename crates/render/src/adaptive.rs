@@ -19,14 +19,17 @@ const WHOLE: u32 = 4;
 /// The greatest share. Simulated on bigscene, 16 samples for one are no better than 8.
 const MOST: u32 = 8 * WHOLE;
 
-/// By how much the look must promise to lessen the error, at as many samples: below it costs more than it brings.
+/// By how much the look must promise to lessen the error, at as many samples. They cost more where there is noise: paths are longer.
 const WORTH: f64 = 1.25;
 
 /// Of fewer samples the look takes too much.
 const LEAST_PLAN: u32 = 64;
 
-/// Batches to judge by, and samples of a batch.
-pub(crate) const LOOK: [u32; 2] = [2, 2];
+/// How often to look, if the first look promises something.
+pub(crate) const LOOKS: u32 = 2;
+
+/// Samples a pixel of each look, every one a batch.
+pub(crate) const LOOK: u32 = 2;
 
 /// What the picture's seed is changed by while it is looked at.
 pub(crate) const LOOK_SEED: u32 = 0x5bd1_e995;
@@ -47,28 +50,47 @@ impl Shares {
         Self { quarters: vec![WHOLE; (across * height.div_ceil(BLOCK)) as usize], across }
     }
 
-    /// In proportion to the noise of a film of the whole picture, from `least` quarters to 8 wholes; a block of mean noise gets one. Where
-    /// noise is much the same everywhere, the same for all.
+    /// In proportion to the noise of a film of the whole picture, from `least` quarters to 8 wholes; a block of mean noise gets one. The same for
+    /// all, where that would not lessen the error by [`WORTH`] at as many samples.
     pub(crate) fn by_noise(film: &Film, least: u32) -> Self {
-        let [width, height] = [film.width(), film.height()];
-        let even = Self::even([width, height]);
-        let means: Vec<f64> = (0..film.pixels().len()).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
-        let mut blocks = vec![(0.0, 0u32); even.quarters.len()];
-        for (p, weight) in noise::weights(&means).into_iter().enumerate() {
-            let relative = noise::variance(film, p) * weight;
-            let (x, y) = (p as u32 % width, p as u32 / width);
-            let block = &mut blocks[even.block(x, y)];
-            *block = (block.0 + relative, block.1 + 1);
+        let even = Self::even([film.width(), film.height()]);
+        let halves = even.noise(film);
+        let quarters = |noise: &[f64]| -> Vec<u32> {
+            let usual = noise.iter().sum::<f64>() / noise.len() as f64;
+            let share = |noise: &f64| in_quarters(noise / usual.max(f64::MIN_POSITIVE)).clamp(least, MOST);
+            noise.iter().map(share).collect()
+        };
+        // Blocks that seem noisy by chance alone must not count as a gain: shares by one half of a block's pixels are judged by the other.
+        let sum = |of: &dyn Fn(usize) -> f64| (0..even.quarters.len()).map(of).sum::<f64>();
+        let [mut before, mut after] = [0.0; 2];
+        for (judged, by) in [(&halves[0], &halves[1]), (&halves[1], &halves[0])] {
+            let shares = quarters(by);
+            before += sum(&|k| judged[k].powi(2));
+            let samples = sum(&|k| f64::from(shares[k])) / shares.len() as f64;
+            after += samples * sum(&|k| judged[k].powi(2) / f64::from(shares[k]));
         }
-        let variances: Vec<f64> = blocks.iter().map(|&(sum, pixels)| sum / f64::from(pixels)).collect();
-        let mean = |of: &dyn Fn(f64) -> f64| variances.iter().map(|&v| of(v)).sum::<f64>() / variances.len() as f64;
-        let usual = mean(&f64::sqrt).max(f64::MIN_POSITIVE);
-        // Errors are as the mean of variances where samples are even, and as the squared mean of their roots where they are as these.
-        if mean(&|v| v) < WORTH * usual * usual {
+        if before <= WORTH * after {
             return even;
         }
-        let quarters = variances.iter().map(|v| in_quarters(v.sqrt() / usual).clamp(least, MOST)).collect();
-        Self { quarters, ..even }
+        let both = halves[0].iter().zip(&halves[1]).map(|(a, b)| (0.5 * (a * a + b * b)).sqrt());
+        Self { quarters: quarters(&both.collect::<Vec<_>>()), ..even }
+    }
+
+    /// For each block the root of its pixels' mean squared noise in relation to what is seen: by every other pixel, and by those between.
+    fn noise(&self, film: &Film) -> [Vec<f64>; 2] {
+        let means: Vec<f64> = (0..film.pixels().len()).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
+        let mut halves = [vec![(0.0, 0u32); self.quarters.len()], vec![(0.0, 0u32); self.quarters.len()]];
+        for (p, weight) in noise::weights(&means).into_iter().enumerate() {
+            let (x, y) = (p as u32 % film.width(), p as u32 / film.width());
+            let half = &mut halves[((x + y) % 2) as usize][self.block(x, y)];
+            *half = (half.0 + noise::variance(film, p) * weight, half.1 + 1);
+        }
+        halves.map(|half| half.into_iter().map(|(sum, pixels)| (sum / f64::from(pixels.max(1))).sqrt()).collect())
+    }
+
+    /// Whether all have the same.
+    pub(crate) fn are_even(&self) -> bool {
+        self.quarters.iter().all(|&q| q == WHOLE)
     }
 
     fn block(&self, x: u32, y: u32) -> usize {
@@ -138,10 +160,10 @@ mod tests {
 
     #[test]
     fn samples_are_in_proportion_to_noise() {
-        // 5 : 1 : 1 : 1, whose mean is 2; pictures need not be whole blocks.
-        let of = |x, y| if x >= 8 && y < 8 { 0.005 } else { 0.001 };
+        // 7 : 1 : 1 : 1, whose mean is 2.5; pictures need not be whole blocks.
+        let of = |x, y| if x >= 8 && y < 8 { 0.007 } else { 0.001 };
         let shares = Shares::by_noise(&film([13, 11], 7.0, of), 1);
-        assert_eq!(shares.quarters, [2, 12, 2, 2], "2.5 is rounded to 3");
+        assert_eq!(shares.quarters, [2, 12, 2, 2], "2.8 is rounded to 3, 0.4 to 0.5");
         let pixels = f64::from(13 * 11);
         assert_eq!(shares.mean(&Window::all(13, 11)), (0.5 * pixels + 2.5 * f64::from(5 * 8)) / pixels);
         assert_eq!(shares.mean(&Window::crop([13, 11], [7, 6, 9, 9]).unwrap()), (4.0 * 0.5 + 2.0 * 3.0) / 6.0);
@@ -151,6 +173,15 @@ mod tests {
         let one = |x, y| if x < 8 && y >= 40 { 0.1 } else { 0.001 * (x / 8) as f32 };
         let one = quarters(&film([48, 48], 1.0, one));
         assert_eq!((one[30], one[0]), (MOST, 1));
+    }
+
+    /// Noise that is found in one pixel of a block, and not in its neighbours, says nothing about the block.
+    #[test]
+    fn chance_is_no_gain() {
+        let specks = |x: u32, y: u32| if x % 5 == 1 && y % 7 == 2 { 0.1 } else { 0.001 };
+        assert_eq!(quarters(&film([40, 40], 1.0, specks)), [4; 25]);
+        let areas = |x: u32, y: u32| if x < 8 && y < 16 { 0.1 } else { 0.001 };
+        assert_eq!(quarters(&film([40, 40], 1.0, areas)).iter().filter(|&&q| q > 4).count(), 2);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use surelight_film::{Features as FilmFeatures, Film, Window};
 
 use crate::{
-    adaptive::{LOOK, LOOK_SEED, Shares, least_share},
+    adaptive::{LOOK, LOOK_SEED, LOOKS, Shares, least_share},
     ahead::Ahead,
     compose::compose,
     device::Device,
@@ -210,36 +210,39 @@ impl<'a> Renderer<'a> {
         self.dispatcher.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
     }
 
-    /// Where the kernel is adaptive, looks at the whole picture (four samples a pixel, which are thrown away) and finds which share of the
-    /// samples each block of 8×8 pixels is to have from here on, from a quarter of those asked for to eight times as many. Before that it is one. When at least 256 are `planned`, no
-    /// pixel gets fewer than these. Returns false when the observer stopped it.
+    /// Where the kernel is adaptive, looks at the whole picture (two samples a pixel and, where they promise something, two more, which are thrown away) and finds which share of the
+    /// samples each block of 8×8 pixels is to have from here on, from a quarter of those asked for to eight times as many; before that all
+    /// have the same. When at least 256 are `planned`, no pixel gets fewer than these. Returns false when the observer stopped it.
     ///
     /// What is found depends on the scene, the settings, the seed and the plan alone, so that crops and parts of a render agree.
     pub fn adapt(&mut self, planned: Option<u32>, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
-        if self.shares.is_none() {
+        let even = Shares::even(self.size);
+        if !self.share_out(even.clone()) {
             return Ok(true);
         }
         let (counts, seed) = (self.counts, self.seed);
-        let [width, height] = self.size;
-        let mut film = Film::new(width, height);
+        let mut film = Film::new(self.size[0], self.size[1]);
         self.set_seed(seed ^ LOOK_SEED);
-        let [batches, samples] = LOOK;
-        let mut finished = Ok(true);
-        for k in 0..batches {
-            let number = if self.features.one_scramble { k * samples } else { k };
-            finished = self.trace(&mut film, number, 1, samples, observer);
-            if !matches!(finished, Ok(true)) {
+        let mut found = Ok(Some(even));
+        for look in 0..LOOKS {
+            found = self.trace(&mut film, look * LOOK, LOOK, 1, observer).map(|finished| {
+                finished.then(|| Shares::by_noise(&film, least_share(planned)))
+            });
+            if !matches!(&found, Ok(Some(shares)) if !shares.are_even()) {
                 break;
             }
         }
         self.set_seed(seed);
         self.counts = counts;
-        let finished = finished?;
-        if let Some((shares, buffer)) = self.shares.as_mut().filter(|_| finished) {
-            *shares = Shares::by_noise(&film, least_share(planned));
-            self.dispatcher.device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&shares.quarters));
-        }
-        Ok(finished)
+        Ok(found?.map(|shares| self.share_out(shares)).is_some())
+    }
+
+    /// Returns false where the kernel is not adaptive.
+    fn share_out(&mut self, new: Shares) -> bool {
+        let Some((shares, buffer)) = &mut self.shares else { return false };
+        self.dispatcher.device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&new.quarters));
+        *shares = new;
+        true
     }
 
     /// Samples of a window's pixels, on average, for each one that is asked for.

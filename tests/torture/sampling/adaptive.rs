@@ -1,10 +1,10 @@
-//! Samples that are the mean of several paths, where noise is strong.
+//! Pixels that have more samples, or fewer, by how noisy their surroundings are.
 
 use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Renderer, Settings};
+use surelight_render::{Adaptive, Renderer, Settings, SharedPaths};
 use surelight_scene::procedural::cornell_box::cornell_box;
 use surelight_scene::{Projection, Scene};
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
@@ -12,61 +12,78 @@ use surelight_tests::render::{ALPHA, all, bits, device, prepare};
 const SIZE: [u32; 2] = [45, 30];
 
 /// A Cornell box in the midst of nothing, where there is no noise.
-fn far_box() -> Scene {
+pub(super) fn far_box() -> Scene {
     let mut scene = cornell_box();
     scene.cameras[0].projection = Projection::Perspective { yfov: 1.3, aspect: None };
     scene
 }
 
-fn renderer(scene: &Scene, adaptive: bool, one_scramble: bool) -> Renderer<'static> {
-    let settings = Settings { adaptive, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
-    let prepared = prepare(scene, &settings);
-    assert_eq!(prepared.features.adaptive, adaptive);
+fn with(scene: &Scene, settings: &Settings) -> Renderer<'static> {
+    let prepared = prepare(scene, settings);
+    assert_eq!(prepared.features.adaptive, settings.adaptive == Adaptive::On);
     Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"))
 }
 
+fn renderer(scene: &Scene, adaptive: bool, one_scramble: bool) -> Renderer<'static> {
+    let adaptive = if adaptive { Adaptive::On } else { Adaptive::Off };
+    with(scene, &Settings { adaptive, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) })
+}
+
 fn trace(renderer: &mut Renderer<'_>, window: Window, batches: u32, samples: u32) -> Film {
+    trace_from(renderer, window, 0, batches, samples)
+}
+
+fn trace_from(renderer: &mut Renderer<'_>, window: Window, first: u32, batches: u32, samples: u32) -> Film {
     let mut film = Film::of_window(window);
-    renderer.trace(&mut film, 0, batches, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
+    renderer.trace(&mut film, first, batches, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
-fn adapt(renderer: &mut Renderer<'_>, window: &Window) -> f64 {
-    renderer.adapt(window, &mut |_| true).unwrap_or_else(|e| panic!("{e}")).expect("nobody stops it")
+/// Looks as for a render of 64 samples. Returns the mean share of all pixels.
+fn adapt(renderer: &mut Renderer<'_>) -> f64 {
+    assert!(renderer.adapt(Some(64), &mut |_| true).unwrap_or_else(|e| panic!("{e}")), "nobody stops it");
+    renderer.mean_share(&Window::all(SIZE[0], SIZE[1]))
 }
 
-/// Each block of 8×8 pixels is, to rounding, the picture of k times as many samples, for one k of 1 to 8; more than one k is
-/// found, and their mean is what is told. Before the look all are 1, to the bit.
+/// Each block of 8×8 pixels is, to the bit, the picture of as many samples as the film says that it has, of the part of the sequence that
+/// is its own; some have fewer than asked for, some more, and short batches never fewer. Before the look all have as many.
 #[test]
-fn adaptive_samples_are_means_of_paths() {
-    let whole = Window::all(SIZE[0], SIZE[1]);
-    for one_scramble in [true, false] {
-        let (scene, samples) = (far_box(), 4);
-        let mut plain = renderer(&scene, false, one_scramble);
-        let pictures: Vec<Film> = (1..=8).map(|k| trace(&mut plain, whole, 1, k * samples)).collect();
-        let mut adaptive = renderer(&scene, true, one_scramble);
-        assert!(bits(&trace(&mut adaptive, whole, 1, samples)) == bits(&pictures[0]), "before the look");
+fn blocks_are_pictures_of_their_own_samples() {
+    const FIRST: u32 = 4;
+    let (scene, whole) = (far_box(), Window::all(SIZE[0], SIZE[1]));
+    for (shared_paths, one_scramble) in
+        [(SharedPaths::Off, true), (SharedPaths::Off, false), (SharedPaths::On, true), (SharedPaths::On, false)]
+    {
+        let settings = Settings { shared_paths, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
+        let mut plain = with(&scene, &settings);
+        let mut adaptive = with(&scene, &Settings { adaptive: Adaptive::On, ..settings });
+        let before = trace_from(&mut adaptive, whole, FIRST, 1, 8);
+        assert!(bits(&before) == bits(&trace_from(&mut plain, whole, FIRST, 1, 8)), "before the look");
 
-        let told = adapt(&mut adaptive, &whole);
-        let found = trace(&mut adaptive, whole, 1, samples);
-        let (mut multiplicities, mut paths) = (BTreeSet::new(), 0);
-        for block in 0..SIZE[0].div_ceil(8) * SIZE[1].div_ceil(8) {
-            let corner = [block % SIZE[0].div_ceil(8), block / SIZE[0].div_ceil(8)].map(|n| 8 * n);
-            let pixels: Vec<usize> = all(&found)
-                .filter(|&i| [i as u32 % SIZE[0], i as u32 / SIZE[0]].map(|n| n / 8 * 8) == corner)
-                .collect();
-            let same = |film: &Film| {
-                let near = |a: f64, b: f64| (a - b).abs() <= 2e-6 * a.abs().max(b.abs());
-                pixels.iter().all(|&i| found.mean(i).iter().zip(film.mean(i)).all(|(&a, b)| near(a, b)))
-            };
-            let k =
-                1 + pictures.iter().position(same).unwrap_or_else(|| panic!("the block at {corner:?} is no such mean"));
-            multiplicities.insert(k);
-            paths += k * pixels.len();
+        let told = adapt(&mut adaptive);
+        let mut shares = BTreeSet::new();
+        for samples in [2, 8] {
+            let found = trace_from(&mut adaptive, whole, FIRST, 1, samples);
+            let counts: BTreeSet<u64> = all(&found).map(|i| found.samples(i)).collect();
+            for &count in &counts {
+                // With one scramble all samples of a pixel are numbered, whatever is left out.
+                let quarters = 4 * count as u32 / samples;
+                let own = match (one_scramble, quarters) {
+                    (false, _) => FIRST,
+                    (true, 0..4) => (1 << 24) + FIRST * quarters / 4,
+                    (true, _) => FIRST * quarters / 4,
+                };
+                let picture = trace_from(&mut plain, whole, own, 1, count as u32);
+                let mut here = all(&found).filter(|&i| found.samples(i) == count);
+                assert!(here.all(|i| found.mean(i) == picture.mean(i)), "{count} samples for {samples}");
+                shares.insert((samples, quarters));
+            }
+            let mean = all(&found).map(|i| found.samples(i)).sum::<u64>() as f64 / all(&found).len() as f64;
+            assert!(samples < 4 || told == mean / f64::from(samples), "{told} was told");
         }
-        println!("paths of a sample: {multiplicities:?}, on average {told:.2}");
-        assert!(multiplicities.len() > 2 && multiplicities.contains(&1), "{multiplicities:?}");
-        assert_eq!(told, paths as f64 / all(&found).len() as f64);
+        println!("samples asked for, quarters of them: {shares:?}");
+        assert!(shares.contains(&(8, 1)) && shares.iter().any(|&(_, q)| q > 4), "{shares:?}");
+        assert!(shares.iter().all(|&(samples, q)| samples > 2 || q >= 4), "{shares:?}");
     }
 }
 
@@ -75,19 +92,19 @@ fn adaptive_samples_are_means_of_paths() {
 fn adaptive_parts_have_the_bits_of_the_whole() {
     let (scene, all) = (far_box(), Window::all(SIZE[0], SIZE[1]));
     let mut first = renderer(&scene, true, false);
-    adapt(&mut first, &all);
+    adapt(&mut first);
     let whole = trace(&mut first, all, 3, 4);
 
     let crop = Window::crop(SIZE, [5, 11, 42, 29]).expect("it is inside");
     let mut second = renderer(&scene, true, false);
-    adapt(&mut second, &crop);
+    adapt(&mut second);
     let part = trace(&mut second, crop, 3, 4);
     let inside: Vec<_> = (11..29).flat_map(|y| (5..42).map(move |x| (y * SIZE[0] + x) as usize)).collect();
     let of_whole = bits(&whole);
     assert!(bits(&part) == inside.iter().map(|&i| of_whole[i]).collect::<Vec<_>>());
 
     let mut third = renderer(&scene, true, false);
-    adapt(&mut third, &all);
+    adapt(&mut third);
     let mut joined = Film::of_window(all);
     for [begin, count] in [[0, 1], [1, 2]] {
         third.trace(&mut joined, begin, count, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
@@ -112,7 +129,7 @@ fn looking_for_noise_does_not_bias() {
     let looked: Vec<Film> = (SEEDS..2 * SEEDS)
         .map(|seed| {
             adaptive.set_seed(seed);
-            paths += adapt(&mut adaptive, &whole) / f64::from(SEEDS);
+            paths += adapt(&mut adaptive) / f64::from(SEEDS);
             trace(&mut adaptive, whole, 1, 8)
         })
         .collect();

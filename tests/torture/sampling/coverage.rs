@@ -10,12 +10,14 @@
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_render::{Integrator, Renderer, Settings, SharedPaths};
+use surelight_render::{Adaptive, Integrator, Renderer, Settings, SharedPaths};
 use surelight_scene::Scene;
 use surelight_scene::procedural::{cornell_box, glass, quad_light};
 use surelight_tests::render::{device, prepare};
 use surelight_tests::scenes::{look_at, pinhole};
 use surelight_tests::seeds::film_of;
+
+use super::adaptive::far_box;
 
 const SIZE: [u32; 2] = [16, 16];
 const RENDERS: u32 = if cfg!(feature = "long") { 1000 } else { 200 };
@@ -30,6 +32,8 @@ struct Coverage {
     all: f64,
     /// Share of pixels that are certified.
     share: f64,
+    /// Of a pixel of a render, the fewest and the most.
+    samples: [u64; 2],
 }
 
 /// Settings of the pictures.
@@ -40,12 +44,14 @@ fn usual(integrator: Integrator) -> Settings {
 /// Counts over all renders; `truth` in green, or `None` for the mean of all the renders.
 fn coverage(name: &str, scene: &Scene, settings: &Settings, samples: u32, truth: Option<f64>) -> Coverage {
     let mut renderer = Renderer::new(device(), &prepare(scene, settings)).unwrap_or_else(|e| panic!("{e}"));
+    let size = [settings.width, settings.height];
     let film = |seed| {
         renderer.set_seed(seed);
-        film_of(&mut renderer, SIZE, 0, BATCHES, samples)
+        assert!(renderer.adapt(Some(BATCHES * samples), &mut |_| true).unwrap_or_else(|e| panic!("{e}")));
+        film_of(&mut renderer, size, 0, BATCHES, samples)
     };
     let films: Vec<Film> = (0..RENDERS).map(film).collect();
-    let mut whole = Film::new(SIZE[0], SIZE[1]);
+    let mut whole = Film::new(size[0], size[1]);
     films.iter().for_each(|film| whole.merge(film).expect("the same size"));
     let t = student_t_quantile(0.975, f64::from(BATCHES - 1));
     // A render is part of the mean it is held against: their difference varies by 1 − 1/R of its own variance.
@@ -70,14 +76,16 @@ fn coverage(name: &str, scene: &Scene, settings: &Settings, samples: u32, truth:
         }
     }
     let all = f64::from(judged);
+    let counts = || films.iter().flat_map(|film| (0..film.pixels().len()).map(|i| film.samples(i)));
     let found = Coverage {
         certified: f64::from(certified_held) / f64::from(certified).max(1.0),
         all: f64::from(held) / all,
         share: f64::from(certified) / all,
+        samples: [counts().min().unwrap_or(0), counts().max().unwrap_or(0)],
     };
     println!(
-        "{name}, {} spp: 95 % intervals hold for {:.2} % of certified pixels ({:.1} % of all) and {:.2} % of all",
-        BATCHES * samples,
+        "{name}, {:?} spp: 95 % intervals hold for {:.2} % of certified pixels ({:.1} % of all) and {:.2} % of all",
+        found.samples,
         100.0 * found.certified,
         100.0 * found.share,
         100.0 * found.all
@@ -129,6 +137,21 @@ fn intervals_of_shared_paths_hold() {
     let found = coverage("cornell, shared paths", &cornell_box::cornell_box(), &settings, 16, None);
     assert_holds("cornell, shared paths", &found);
     assert!(found.share > 0.4, "only {:.3} of the pixels are certified", found.share);
+}
+
+/// Of each pixel, batches are independent estimates of as many samples, however many a look at the noise has given it. Some have a quarter of
+/// what others have here, or an eighth.
+#[test]
+fn intervals_of_adaptive_samples_hold() {
+    let scene = far_box();
+    let settings = |one_scramble| Settings { adaptive: Adaptive::On, one_scramble, ..Settings::new(32, 24) };
+    let found = coverage("cornell, adaptive", &scene, &settings(false), 32, None);
+    assert!(found.samples[0] == 256 && found.samples[1] > 512, "{:?} samples", found.samples);
+    assert_holds("cornell, adaptive", &found);
+    assert!(found.share > 0.4, "only {:.3} of the pixels are certified", found.share);
+    let found = coverage("cornell, adaptive, one scramble", &scene, &settings(true), 4, None);
+    assert!(found.samples[0] == 16 && found.samples[1] > 64, "{:?} samples", found.samples);
+    assert!(found.all > 0.93, "intervals hold for {:.4}", found.all);
 }
 
 /// Caustics and light seen through glass come by chance: few pixels are certified, and those hold.

@@ -376,7 +376,7 @@ fn may_share_paths(settings: &Settings, features: &Features) -> bool {
 fn is_adaptive(settings: &Settings, features: &Features) -> bool {
     match settings.adaptive {
         Adaptive::Off => false,
-        Adaptive::Auto => !features.shared_paths,
+        Adaptive::Auto => !features.shared_paths && !features.caustics,
         Adaptive::On => true,
     }
 }

@@ -72,7 +72,8 @@ pub enum Adaptive {
     /// All pixels have as many.
     #[default]
     Off,
-    /// They do unless pixels share paths: what is left to be gained there seldom is worth a look.
+    /// They do unless pixels share paths, where what is left to be gained seldom is worth a look, or light is traced from the lights,
+    /// whose noise has nothing to do with samples of pixels.
     Auto,
     /// They do.
     On,

@@ -43,12 +43,12 @@ pub(super) const ROWS: &[Mutation] = &[
     },
     Mutation {
         case: 21,
-        mistake: "a sample of several paths is their sum, not their mean",
-        file: "shaders/kernel/path.wesl",
-        from: "path.radiance *= 1.0 / f32(path.multiplicity);",
-        to: "path.radiance *= 1.0;",
+        mistake: "adaptive pixels' sums are taken for those of as many samples as all have",
+        file: "crates/render/src/renderer.rs",
+        from: "|x, y| shares.samples([x, y], samples)",
+        to: "|_, _| samples",
         binary: BINARY,
-        test: "adaptive::adaptive_samples_are_means_of_paths",
+        test: "adaptive::blocks_are_pictures_of_their_own_samples",
     },
     Mutation {
         case: 22,
