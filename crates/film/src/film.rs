@@ -283,7 +283,10 @@ mod tests {
         assert_eq!(film.add_uneven_batch(samples, &[0, 1, 2, 3], &sums), Ok(0));
         assert_eq!([0, 1, 2, 3].map(|i| film.samples(i)), [0, 2, 4, 6]);
         assert_eq!([1, 2, 3].map(|i| film.mean(i)[0]), [3.0; 3]);
-        assert_eq!(film.add_uneven_batch(samples, &[0, 1], &[sums[0]; 1]), Err(FilmError::LaneCount { lanes: 2, sums: 1 }));
+        assert_eq!(
+            film.add_uneven_batch(samples, &[0, 1], &[sums[0]; 1]),
+            Err(FilmError::LaneCount { lanes: 2, sums: 1 })
+        );
     }
 
     #[test]

@@ -33,7 +33,6 @@ mod trial;
 mod twins;
 mod upload;
 
-pub use adaptive::is_worth_a_look;
 pub use ahead::Ahead;
 pub use compose::{Composed, Constant, compose, compose_modules, shader_modules};
 pub use device::{AdapterChoice, AdapterInfo, Device};
@@ -42,7 +41,7 @@ pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
 pub use prepare::{
-    Adaptive, Blueprint, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
+    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
     may_have_caustics, sheen_albedos,
 };
 pub use probe::{Probe, run_probe};

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use surelight_film::{Features as FilmFeatures, Film, Window};
 
 use crate::{
-    adaptive::{LOOK, LOOK_SEED, LOOKS, Shares, least_share},
+    adaptive::{Adaptation, LOOK, LOOK_SEED, Shares, least_share},
     ahead::Ahead,
     compose::compose,
     device::Device,
@@ -48,8 +48,8 @@ pub struct Renderer<'a> {
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
-    /// Where the kernel is adaptive, pixels' shares of the samples, and where it reads them.
-    shares: Option<(Shares, wgpu::Buffer)>,
+    /// Where the kernel is adaptive.
+    adaptation: Option<Adaptation>,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
     size: [u32; 2],
@@ -132,7 +132,11 @@ impl<'a> Renderer<'a> {
         let sum_bytes = pixels * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
         let feature_pixels = up.zeros("first-hit features", feature_bytes, storage)?;
-        let readback = up.zeros("the copy of batch sums", sum_bytes.max(feature_bytes), U::MAP_READ | U::COPY_DST)?;
+        let adaptation =
+            if features.adaptive { Some(Adaptation::new(&mut up, &mut resources, [width, height])?) } else { None };
+        let of_blocks = adaptation.as_ref().map_or(0, Adaptation::readback_bytes);
+        let read_bytes = sum_bytes.max(feature_bytes).max(of_blocks);
+        let readback = up.zeros("the copy of what is read", read_bytes, U::MAP_READ | U::COPY_DST)?;
         for (name, buffer) in [
             ("view", &view),
             ("pass_info", &pass_buffer),
@@ -141,13 +145,6 @@ impl<'a> Renderer<'a> {
             ("feature_pixels", &feature_pixels),
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
-        }
-        let mut shares = None;
-        if features.adaptive {
-            let even = Shares::even([width, height]);
-            let buffer = up.buffer("shares of the samples", &even.quarters, U::STORAGE | U::COPY_DST)?;
-            resources.insert("quarters".into(), Resource::Buffer(buffer.clone()));
-            shares = Some((even, buffer));
         }
         // Nobody kills a CPU driver's dispatches; interrupts wait for them.
         let longest = if device.info.is_cpu { 4 * LONGEST } else { LONGEST };
@@ -170,7 +167,7 @@ impl<'a> Renderer<'a> {
             pass_buffer,
             sums,
             feature_pixels,
-            shares,
+            adaptation,
             readback,
             size: [width, height],
             threads,
@@ -210,44 +207,32 @@ impl<'a> Renderer<'a> {
         self.dispatcher.device.queue.write_buffer(&self.view, offset, bytemuck::bytes_of(&seed));
     }
 
-    /// Where the kernel is adaptive, looks at the whole picture (two samples a pixel and, where they promise something, two more, which are thrown away) and finds which share of the
+    /// Where the kernel is adaptive, looks at the whole picture (four samples a pixel, which are thrown away) and finds which share of the
     /// samples each block of 8×8 pixels is to have from here on, from a quarter of those asked for to eight times as many; before that all
     /// have the same. When at least 256 are `planned`, no pixel gets fewer than these. Returns false when the observer stopped it.
     ///
     /// What is found depends on the scene, the settings, the seed and the plan alone, so that crops and parts of a render agree.
     pub fn adapt(&mut self, planned: Option<u32>, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
-        let even = Shares::even(self.size);
-        if !self.share_out(even.clone()) {
-            return Ok(true);
-        }
+        let device = self.dispatcher.device;
+        let Some(adaptation) = &mut self.adaptation else { return Ok(true) };
+        adaptation.begin(device, Shares::even(self.size));
         let (counts, seed) = (self.counts, self.seed);
         let mut film = Film::new(self.size[0], self.size[1]);
         self.set_seed(seed ^ LOOK_SEED);
-        let mut found = Ok(Some(even));
-        for look in 0..LOOKS {
-            found = self.trace(&mut film, look * LOOK, LOOK, 1, observer).map(|finished| {
-                finished.then(|| Shares::by_noise(&film, least_share(planned)))
-            });
-            if !matches!(&found, Ok(Some(shares)) if !shares.are_even()) {
-                break;
-            }
-        }
+        let finished = self.trace(&mut film, 0, LOOK, 1, observer);
         self.set_seed(seed);
         self.counts = counts;
-        Ok(found?.map(|shares| self.share_out(shares)).is_some())
-    }
-
-    /// Returns false where the kernel is not adaptive.
-    fn share_out(&mut self, new: Shares) -> bool {
-        let Some((shares, buffer)) = &mut self.shares else { return false };
-        self.dispatcher.device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&new.quarters));
-        *shares = new;
-        true
+        let finished = finished?;
+        if let Some(adaptation) = self.adaptation.as_mut().filter(|_| finished) {
+            let rays = adaptation.rays(device, &self.readback)?;
+            adaptation.begin(device, Shares::by_noise(&film, &rays, least_share(planned)));
+        }
+        Ok(finished)
     }
 
     /// Samples of a window's pixels, on average, for each one that is asked for.
     pub fn mean_share(&self, window: &Window) -> f64 {
-        self.shares.as_ref().map_or(1.0, |(shares, _)| shares.mean(window))
+        self.adaptation.as_ref().map_or(1.0, |a| a.shares.mean(window))
     }
 
     /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it
@@ -300,7 +285,7 @@ impl<'a> Renderer<'a> {
         }
         if let Some(particles) = &mut self.particles {
             let run = Run { first_batch, batches, samples };
-            let shares = self.shares.as_ref().map(|(shares, _)| shares);
+            let shares = self.adaptation.as_ref().map(|a| &a.shares);
             if !particles.trace(&self.dispatcher, run, shares, &mut results, &mut self.counts, observer)? {
                 return Ok(false);
             }
@@ -313,14 +298,13 @@ impl<'a> Renderer<'a> {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
-                let added = match &self.shares {
-                    Some((shares, _)) => {
+                let added = match &self.adaptation {
+                    Some(Adaptation { shares, .. }) => {
                         film.add_uneven_batch(|x, y| shares.samples([x, y], samples), &pixels, batch)
                     }
                     None => film.add_batch(samples, &pixels, batch),
                 };
-                added
-                    .map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
+                added.map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
             }
         }
         self.counts.film_seconds += started.elapsed().as_secs_f64();

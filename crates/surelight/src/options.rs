@@ -53,10 +53,9 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
     pub(crate) shared_paths: SharedPaths,
 
-    /// Whether pixels have from a quarter of --spp to eight times as many samples, by how noisy a short look finds their
-    /// surroundings; no bias
-    #[arg(long, value_enum, default_value_t = Adaptive::Auto)]
-    pub(crate) adaptive: Adaptive,
+    /// From a quarter of --spp to eight times as many samples a pixel, by how noisy a short look finds its surroundings; no bias
+    #[arg(long)]
+    pub(crate) adaptive: bool,
 
     /// Brightens the PNG by this many stops
     #[arg(
@@ -271,17 +270,6 @@ pub(crate) enum SharedPaths {
     /// Wherever they can
     On,
     /// Never: each pixel's error is its own
-    Off,
-}
-
-/// When samples go where noise is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Adaptive {
-    /// Where it pays, by a look at the noise, if --spp plans 64 samples or more; not where pixels share paths
-    Auto,
-    /// Wherever noise is uneven
-    On,
-    /// All pixels have as many samples
     Off,
 }
 

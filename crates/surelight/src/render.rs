@@ -112,7 +112,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         seconds.features = stages.end()?;
     }
 
-    if renderer.features.adaptive {
+    if args.adaptive {
         progress.stage("looking for noise in", &args.scene);
         renderer.adapt(args.planned(), &mut |_| !interrupt::requested())?;
         seconds.trials += stages.end()?;

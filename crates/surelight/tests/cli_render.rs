@@ -138,7 +138,7 @@ fn an_empty_scene_is_sky() {
 fn adaptive_samples_are_told_of() {
     let folder = Folder::new();
     let far = "{box} --size 40x40 --eye 0,1,12 --target 0,1,0 --sky 0,0,0 --quiet";
-    let ran = folder.run(&format!("{far} --spp 64 --adaptive on --json -o a.exr")).succeeded();
+    let ran = folder.run(&format!("{far} --spp 64 --adaptive --json -o a.exr")).succeeded();
     let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
     let exr = read_exr(&folder.path("a.exr")).unwrap();
     let counts = &exr.channels["Samples.N"];
@@ -149,32 +149,16 @@ fn adaptive_samples_are_told_of() {
     assert_eq!(summary["spp"], 64);
     assert_eq!(summary["paths"].as_u64(), Some(counts.iter().map(|&n| n as u64).sum()), "{summary}");
     assert_eq!(exr.surelight_metadata().unwrap().settings["adaptive"], true);
-    let ran = folder.run(&format!("{far} --spp 64 --adaptive on -o a.png")).succeeded();
+    let ran = folder.run(&format!("{far} --spp 64 --adaptive -o a.png")).succeeded();
     assert!(ran.stdout.contains(&format!("64 a pixel, {least} to {most} by noise")), "{}", ran.stdout);
 
     // Two parts are the whole, bit for bit, if both are adaptive.
     for range in ["0..24", "24..64"] {
-        folder.run(&format!("{far} --spp 64 --samples {range} --adaptive on -o {range}.exr")).succeeded();
+        folder.run(&format!("{far} --spp 64 --samples {range} --adaptive -o {range}.exr")).succeeded();
     }
     folder.run("merge 0..24.exr 24..64.exr -o b.exr").succeeded();
     let joined = read_exr(&folder.path("b.exr")).unwrap();
     assert!(exr.channels.iter().all(|(name, channel)| *channel == joined.channels[name]), "merged parts differ");
-    folder.run(&format!("{far} --spp 64 --samples 24..64 --adaptive off -o c.exr")).succeeded();
+    folder.run(&format!("{far} --spp 64 --samples 24..64 -o c.exr")).succeeded();
     folder.run("merge 0..24.exr c.exr -o d.exr").failed_with(&["adaptive"]);
-}
-
-/// By default samples go where noise is, if there are enough to make up for the look; not where pixels share paths.
-#[test]
-fn adaptive_samples_are_a_default_where_they_pay() {
-    let folder = Folder::new();
-    let is_adaptive = |options: &str| {
-        folder.run(&format!("{{box}} --size 8x8 --quiet {options} -o a.exr")).succeeded();
-        read_exr(&folder.path("a.exr")).unwrap().surelight_metadata().unwrap().settings.contains_key("adaptive")
-    };
-    assert!(is_adaptive("--spp 64 --shared-paths off"));
-    assert!(!is_adaptive("--spp 63 --shared-paths off"));
-    assert!(!is_adaptive("--spp 256 --shared-paths off"));
-    assert!(!is_adaptive("--spp 64"));
-    assert!(is_adaptive("--spp 4 --adaptive on"));
-    assert!(!is_adaptive("--spp 64 --shared-paths off --adaptive off"));
 }

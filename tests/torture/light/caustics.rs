@@ -8,10 +8,12 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test, z_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Adaptive, Integrator, Renderer, Settings};
+use surelight_render::{Integrator, Renderer, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::procedural::torture::light::sds as globe;
-use surelight_scene::{AlphaMode, Camera, Clearcoat, Environment, Instance, Light, LightKind, Material, Projection, Scene, Volume};
+use surelight_scene::{
+    AlphaMode, Camera, Clearcoat, Environment, Instance, Light, LightKind, Material, Projection, Scene, Volume,
+};
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, orthographic, pinhole};
 
@@ -333,14 +335,15 @@ fn adaptive_pixels_are_as_bright() {
         renderer.trace(&mut film, 0, 4, 8, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         film
     };
-    let [plain, adaptive] = [Adaptive::Off, Adaptive::On].map(picture);
+    let [plain, adaptive] = [false, true].map(picture);
     let lit = || all(&plain).filter(|&i| plain.mean(i)[1] > 0.0);
     for fewer in [true, false] {
         let differs = |i| adaptive.samples(i) != 32 && (adaptive.samples(i) < 32) == fewer;
         assert!(lit().any(differs), "all have as many");
     }
     for i in lit() {
-        let [a, b] = [&plain, &adaptive].map(|film| (film.mean(i)[1], film.variance_of_mean(i).expect("four batches")[1]));
+        let [a, b] =
+            [&plain, &adaptive].map(|film| (film.mean(i)[1], film.variance_of_mean(i).expect("four batches")[1]));
         assert!((a.0 - b.0).abs() < 1e-6 * a.0 && (a.1 - b.1).abs() < 1e-5 * a.1, "{a:?} and {b:?} in pixel {i}");
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Adaptive, Renderer, Settings, SharedPaths};
+use surelight_render::{Renderer, Settings, SharedPaths};
 use surelight_scene::procedural::cornell_box::cornell_box;
 use surelight_scene::{Projection, Scene};
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
@@ -20,12 +20,11 @@ pub(super) fn far_box() -> Scene {
 
 fn with(scene: &Scene, settings: &Settings) -> Renderer<'static> {
     let prepared = prepare(scene, settings);
-    assert_eq!(prepared.features.adaptive, settings.adaptive == Adaptive::On);
+    assert_eq!(prepared.features.adaptive, settings.adaptive);
     Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn renderer(scene: &Scene, adaptive: bool, one_scramble: bool) -> Renderer<'static> {
-    let adaptive = if adaptive { Adaptive::On } else { Adaptive::Off };
     with(scene, &Settings { adaptive, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) })
 }
 
@@ -56,7 +55,7 @@ fn blocks_are_pictures_of_their_own_samples() {
     {
         let settings = Settings { shared_paths, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
         let mut plain = with(&scene, &settings);
-        let mut adaptive = with(&scene, &Settings { adaptive: Adaptive::On, ..settings });
+        let mut adaptive = with(&scene, &Settings { adaptive: true, ..settings });
         let before = trace_from(&mut adaptive, whole, FIRST, 1, 8);
         assert!(bits(&before) == bits(&trace_from(&mut plain, whole, FIRST, 1, 8)), "before the look");
 

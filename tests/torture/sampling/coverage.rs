@@ -10,7 +10,7 @@
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_render::{Adaptive, Integrator, Renderer, Settings, SharedPaths};
+use surelight_render::{Integrator, Renderer, Settings, SharedPaths};
 use surelight_scene::Scene;
 use surelight_scene::procedural::{cornell_box, glass, quad_light};
 use surelight_tests::render::{device, prepare};
@@ -144,7 +144,7 @@ fn intervals_of_shared_paths_hold() {
 #[test]
 fn intervals_of_adaptive_samples_hold() {
     let scene = far_box();
-    let settings = |one_scramble| Settings { adaptive: Adaptive::On, one_scramble, ..Settings::new(32, 24) };
+    let settings = |one_scramble| Settings { adaptive: true, one_scramble, ..Settings::new(32, 24) };
     let found = coverage("cornell, adaptive", &scene, &settings(false), 32, None);
     assert!(found.samples[0] == 256 && found.samples[1] > 512, "{:?} samples", found.samples);
     assert_holds("cornell, adaptive", &found);

@@ -46,7 +46,7 @@ use self::{
 use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
 
 pub(crate) use self::microfacets::facet_albedos;
-pub use self::settings::{Adaptive, Directions, Integrator, Sampler, Settings, SharedPaths};
+pub use self::settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
 pub use self::{blueprint::Blueprint, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
 pub(crate) use self::{
     instances::InstanceRows,
@@ -156,7 +156,6 @@ impl Prepared {
                 }
                 SharedPaths::On => true,
             };
-        features.adaptive = is_adaptive(settings, &features);
         let layout = AttributeLayout::of(scene, &features);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
@@ -258,7 +257,6 @@ impl Tables {
         features.shared_paths = may_share_paths(settings, &features)
             && (settings.shared_paths == SharedPaths::On
                 || settings.shared_paths == SharedPaths::Auto && !features.ggx);
-        features.adaptive = is_adaptive(settings, &features);
         let layout = AttributeLayout::of(scene, &features);
         let constants = path_constants(Room::likely(scene), &layout, self.environment.as_ref());
         Blueprint { features, constants }
@@ -328,7 +326,7 @@ fn decide(
         directions_cosine: settings.integrator == Integrator::Hemisphere(Directions::Cosine),
         sampler_independent: settings.sampler == Sampler::Independent,
         sampler_stratified: settings.sampler == Sampler::Stratified,
-        adaptive: false, // by whether paths are shared
+        adaptive: settings.adaptive,
         one_scramble: settings.one_scramble && settings.sampler == Sampler::Sobol,
         items_image: false, // the device decides
         repeat_walk: false, // measurements alone ask for it
@@ -370,15 +368,6 @@ fn may_share_paths(settings: &Settings, features: &Features) -> bool {
         && !features.receiver
         && !features.dispersion
         && !features.nested
-}
-
-/// Whether samples go where noise is, when it is decided whether pixels share paths.
-fn is_adaptive(settings: &Settings, features: &Features) -> bool {
-    match settings.adaptive {
-        Adaptive::Off => false,
-        Adaptive::Auto => !features.shared_paths && !features.caustics,
-        Adaptive::On => true,
-    }
 }
 
 /// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.

@@ -66,19 +66,6 @@ pub enum SharedPaths {
     On,
 }
 
-/// Whether samples go where noise is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Adaptive {
-    /// All pixels have as many.
-    #[default]
-    Off,
-    /// They do unless pixels share paths, where what is left to be gained seldom is worth a look, or light is traced from the lights,
-    /// whose noise has nothing to do with samples of pixels.
-    Auto,
-    /// They do.
-    On,
-}
-
 /// What to render, beside the scene and the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -100,7 +87,7 @@ pub struct Settings {
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
     pub shared_paths: SharedPaths,
     /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while.
-    pub adaptive: Adaptive,
+    pub adaptive: bool,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -129,7 +116,7 @@ impl Settings {
             sampler: Sampler::default(),
             one_scramble: false,
             shared_paths: SharedPaths::default(),
-            adaptive: Adaptive::default(),
+            adaptive: false,
             seed: 0,
             aperture: None,
             focus: None,

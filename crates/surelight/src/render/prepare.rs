@@ -7,7 +7,7 @@ use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
-use crate::options::{Adaptive, RenderArgs, SharedPaths};
+use crate::options::{RenderArgs, SharedPaths};
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 
@@ -94,13 +94,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
             SharedPaths::On => surelight_render::SharedPaths::On,
             SharedPaths::Off => surelight_render::SharedPaths::Off,
         },
-        adaptive: match args.adaptive {
-            Adaptive::Auto if args.planned().is_some_and(surelight_render::is_worth_a_look) => {
-                surelight_render::Adaptive::Auto
-            }
-            Adaptive::Auto | Adaptive::Off => surelight_render::Adaptive::Off,
-            Adaptive::On => surelight_render::Adaptive::On,
-        },
+        adaptive: args.adaptive,
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

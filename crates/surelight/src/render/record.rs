@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use surelight_film::{Film, Metadata, Part, SHARED_PATHS, Window};
-use surelight_render::{Counts, Device, Features, Renderer, Standing};
+use surelight_render::{Counts, Device, Renderer, Standing};
 
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
@@ -39,7 +39,7 @@ impl Record {
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene_hash: loaded.scene_hash.clone(),
-            settings: settings(args, method, loaded, &renderer.features),
+            settings: settings(args, method, loaded, renderer.features.shared_paths),
             seed: args.seed.into(),
             crop: (!window.is_all()).then(|| window.edges()),
             device: device.info.name.clone(),
@@ -106,7 +106,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
 }
 
 /// What shapes the picture, by the names of the options.
-fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, features: &Features) -> Map<String, Value> {
+fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_paths: bool) -> Map<String, Value> {
     let view = &loaded.view;
     let camera = json!({
         "name": view.camera.name,
@@ -131,8 +131,8 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, features: &
         ("directions", json!(method.directions_in_force().map(word))),
         ("sampler", json!(word(method.sampler))),
         ("scrambles", json!(args.is_one_sequence().then_some(1))),
-        (SHARED_PATHS, json!(features.shared_paths.then_some(true))),
-        ("adaptive", json!(features.adaptive.then_some(true))),
+        (SHARED_PATHS, json!(shared_paths.then_some(true))),
+        ("adaptive", json!(args.adaptive.then_some(true))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),
