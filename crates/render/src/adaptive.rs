@@ -1,18 +1,11 @@
 //! Which pixels get more samples than others: by how noisy a few samples of each block of the picture are.
 //!
-//! For a picture of relative squared error ε² = mean(σ²/(n w)) with the rays Σ n c given, n in proportion to σ/√(w c) is best. It is found from
-//! samples of their own, which are thrown away: a picture whose samples decided how many of them there are would be biased.
+//! For a picture of relative squared error ε² = mean(σ²/(n w)) with Σ n given, n in proportion to σ/√w is best. It is found from samples of
+//! their own, which are thrown away: a picture whose samples decided how many of them there are would be biased.
 
 use surelight_film::{Film, LEAST_SAMPLES, Window};
 
-use crate::{
-    device::Device,
-    error::RenderError,
-    kernel::{Resource, Resources},
-    noise,
-    prepare::luminance,
-    upload::Uploader,
-};
+use crate::{noise, prepare::luminance};
 
 /// Pixels along a side of a block. Twin of `quarters` in `shaders/kernel/lanes.wesl`.
 pub(crate) const BLOCK: u32 = 8;
@@ -26,22 +19,14 @@ const WHOLE: u32 = 4;
 /// The greatest share. Simulated on bigscene, 16 samples for one are no better than 8.
 const MOST: u32 = 8 * WHOLE;
 
-/// By how much the look must promise to lessen the error, at as many rays.
-const WORTH: f64 = 1.15;
+/// By how much the look must promise to lessen the error, at as many samples.
+const WORTH: f64 = 1.25;
 
-/// Samples a pixel to judge by, every one a batch.
-pub(crate) const LOOK: u32 = 4;
+/// Batches to judge by, and samples of each: of two, so that what two samples make up for does not count as noise.
+pub(crate) const LOOK: [u32; 2] = [2, 2];
 
 /// What the picture's seed is changed by while it is looked at.
 pub(crate) const LOOK_SEED: u32 = 0x5bd1_e995;
-
-/// What a look finds in a block of a picture.
-struct Block {
-    /// Root of its pixels' mean squared noise in relation to what is seen: by every other pixel, and by those between.
-    noise: [f64; 2],
-    /// Rays a pixel.
-    cost: f64,
-}
 
 /// For each block of a picture its share of the samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,45 +44,42 @@ impl Shares {
         Self { quarters: vec![WHOLE; (across * height.div_ceil(BLOCK)) as usize], across }
     }
 
-    /// In proportion to the noise of a film of the whole picture over the root of what a sample costs there, from `least` quarters to 8 wholes;
-    /// their mean is one. The same for all, where that would not lessen the error by [`WORTH`] at as many rays. `rays`: of each block.
-    pub(crate) fn by_noise(film: &Film, rays: &[u32], least: u32) -> Self {
+    /// In proportion to the noise of a film of the whole picture, from `least` quarters to 8 wholes; a block of mean noise gets one. The same for
+    /// all, where that would not lessen the error by [`WORTH`] at as many samples.
+    pub(crate) fn by_noise(film: &Film, least: u32) -> Self {
         let even = Self::even([film.width(), film.height()]);
-        let blocks = even.blocks(film, rays);
-        let sum = |of: &dyn Fn(usize) -> f64| (0..blocks.len()).map(of).sum::<f64>();
-        let quarters = |noise: &dyn Fn(&Block) -> f64| -> Vec<u32> {
-            let wanted: Vec<f64> = blocks.iter().map(|block| noise(block) / block.cost.sqrt()).collect();
-            let usual = (wanted.iter().sum::<f64>() / wanted.len() as f64).max(f64::MIN_POSITIVE);
-            wanted.into_iter().map(|share| in_quarters(share / usual).clamp(least, MOST)).collect()
+        let halves = even.noise(film);
+        let blocks = even.quarters.len();
+        let sum = |of: &dyn Fn(usize) -> f64| (0..blocks).map(of).sum::<f64>();
+        let quarters = |noise: &dyn Fn(usize) -> f64| -> Vec<u32> {
+            let usual = (sum(noise) / blocks as f64).max(f64::MIN_POSITIVE);
+            (0..blocks).map(|k| in_quarters(noise(k) / usual).clamp(least, MOST)).collect()
         };
         // Blocks that seem noisy by chance alone must not count as a gain: shares by one half of a block's pixels are judged by the other.
         let [mut before, mut after] = [0.0; 2];
         for (judged, by) in [(0, 1), (1, 0)] {
-            let shares: Vec<f64> = quarters(&|block| block.noise[by]).into_iter().map(f64::from).collect();
-            let variance = |k: usize| blocks[k].noise[judged].powi(2);
-            before += sum(&|k| blocks[k].cost) * sum(&variance);
-            after += sum(&|k| blocks[k].cost * shares[k]) * sum(&|k| variance(k) / shares[k]);
+            let shares: Vec<f64> = quarters(&|k| halves[k][by]).into_iter().map(f64::from).collect();
+            let variance = |k: usize| halves[k][judged].powi(2);
+            before += blocks as f64 * sum(&variance);
+            after += sum(&|k| shares[k]) * sum(&|k| variance(k) / shares[k]);
         }
         if before <= WORTH * after {
             return even;
         }
-        Self { quarters: quarters(&|block| block.noise[0].hypot(block.noise[1])), ..even }
+        Self { quarters: quarters(&|k| halves[k][0].hypot(halves[k][1])), ..even }
     }
 
-    /// What is known of each block.
-    fn blocks(&self, film: &Film, rays: &[u32]) -> Vec<Block> {
+    /// For each block the root of its pixels' mean squared noise in relation to what is seen: by every other pixel, and by those between.
+    fn noise(&self, film: &Film) -> Vec<[f64; 2]> {
         let means: Vec<f64> = (0..film.pixels().len()).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
-        let mut halves = vec![[(0.0, 0u32); 2]; self.quarters.len()];
+        let mut blocks = vec![[(0.0, 0u32); 2]; self.quarters.len()];
         for (p, weight) in noise::weights(&means).into_iter().enumerate() {
             let (x, y) = (p as u32 % film.width(), p as u32 / film.width());
-            let half = &mut halves[self.block(x, y)][((x + y) % 2) as usize];
+            let half = &mut blocks[self.block(x, y)][((x + y) % 2) as usize];
             *half = (half.0 + noise::variance(film, p) * weight, half.1 + 1);
         }
-        let block = |(halves, &rays): ([(f64, u32); 2], &u32)| Block {
-            noise: halves.map(|(sum, pixels)| (sum / f64::from(pixels.max(1))).sqrt()),
-            cost: f64::from(rays.max(1)) / f64::from(halves[0].1 + halves[1].1),
-        };
-        halves.into_iter().zip(rays).map(block).collect()
+        let root = |(sum, pixels): (f64, u32)| (sum / f64::from(pixels.max(1))).sqrt();
+        blocks.into_iter().map(|halves| halves.map(root)).collect()
     }
 
     fn block(&self, x: u32, y: u32) -> usize {
@@ -115,45 +97,6 @@ impl Shares {
         let [x0, y0, x1, y1] = window.edges();
         let row = |y: u32| (x0..x1).map(|x| u64::from(self.quarters[self.block(x, y)])).sum::<u64>();
         (y0..y1).map(row).sum::<u64>() as f64 / (f64::from(WHOLE) * window.area() as f64)
-    }
-}
-
-/// Shares as a kernel reads them, and what it tells about blocks.
-pub(crate) struct Adaptation {
-    pub(crate) shares: Shares,
-    quarters: wgpu::Buffer,
-    block_rays: wgpu::Buffer,
-}
-
-impl Adaptation {
-    /// Of a picture of that size. Binds its buffers by the names that shaders have for them.
-    pub(crate) fn new(up: &mut Uploader<'_>, resources: &mut Resources, size: [u32; 2]) -> Result<Self, RenderError> {
-        use wgpu::BufferUsages as U;
-        let shares = Shares::even(size);
-        let quarters = up.buffer("shares of the samples", &shares.quarters, U::STORAGE | U::COPY_DST)?;
-        let usage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
-        let block_rays = up.zeros("rays of blocks", 4 * shares.quarters.len() as u64, usage)?;
-        for (name, buffer) in [("quarters", &quarters), ("block_rays", &block_rays)] {
-            resources.insert(name.into(), Resource::Buffer(buffer.clone()));
-        }
-        Ok(Self { shares, quarters, block_rays })
-    }
-
-    /// Bytes that [`Self::rays`] needs to read by.
-    pub(crate) fn readback_bytes(&self) -> u64 {
-        self.block_rays.size()
-    }
-
-    /// Has the kernel go by these shares, and count rays anew.
-    pub(crate) fn begin(&mut self, device: &Device, shares: Shares) {
-        device.queue.write_buffer(&self.quarters, 0, bytemuck::cast_slice(&shares.quarters));
-        device.queue.write_buffer(&self.block_rays, 0, &vec![0; self.block_rays.size() as usize]);
-        self.shares = shares;
-    }
-
-    /// Rays of each block since then.
-    pub(crate) fn rays(&self, device: &Device, readback: &wgpu::Buffer) -> Result<Vec<u32>, RenderError> {
-        device.fetch(&self.block_rays, 0, self.block_rays.size(), readback)
     }
 }
 
@@ -186,19 +129,8 @@ mod tests {
         film
     }
 
-    /// As many rays for each pixel.
-    fn rays([width, height]: [u32; 2]) -> Vec<u32> {
-        let side = |size: u32, at: u32| BLOCK.min(size - at * BLOCK);
-        let blocks = (0..height.div_ceil(BLOCK)).flat_map(|y| (0..width.div_ceil(BLOCK)).map(move |x| (x, y)));
-        blocks.map(|(x, y)| 10 * side(width, x) * side(height, y)).collect()
-    }
-
-    fn by_noise(film: &Film, least: u32) -> Shares {
-        Shares::by_noise(film, &rays([film.width(), film.height()]), least)
-    }
-
     fn quarters(film: &Film) -> Vec<u32> {
-        by_noise(film, 1).quarters
+        Shares::by_noise(film, 1).quarters
     }
 
     #[test]
@@ -214,28 +146,17 @@ mod tests {
     fn samples_are_in_proportion_to_noise() {
         // 7 : 1 : 1 : 1, whose mean is 2.5; pictures need not be whole blocks.
         let of = |x, y| if x >= 8 && y < 8 { 0.007 } else { 0.001 };
-        let shares = by_noise(&film([13, 11], 7.0, of), 1);
+        let shares = Shares::by_noise(&film([13, 11], 7.0, of), 1);
         assert_eq!(shares.quarters, [2, 12, 2, 2], "2.8 is rounded to 3, 0.4 to 0.5");
         let pixels = f64::from(13 * 11);
         assert_eq!(shares.mean(&Window::all(13, 11)), (0.5 * pixels + 2.5 * f64::from(5 * 8)) / pixels);
         assert_eq!(shares.mean(&Window::crop([13, 11], [7, 6, 9, 9]).unwrap()), (4.0 * 0.5 + 2.0 * 3.0) / 6.0);
         // No less than asked for.
-        assert_eq!(by_noise(&film([13, 11], 7.0, of), 3).quarters, [3, 12, 3, 3]);
+        assert_eq!(Shares::by_noise(&film([13, 11], 7.0, of), 3).quarters, [3, 12, 3, 3]);
         // One of 36, and some without noise: as many as may be, and as few.
         let one = |x, y| if x < 8 && y >= 40 { 0.1 } else { 0.001 * (x / 8) as f32 };
         let one = quarters(&film([48, 48], 1.0, one));
         assert_eq!((one[30], one[0]), (MOST, 1));
-    }
-
-    /// A sample counts for less where it costs more, and where noise is dear nothing is gained.
-    #[test]
-    fn samples_are_paid_for() {
-        let of = |x, _| if x < 8 { 0.009 } else { 0.001 };
-        let film = film([16, 8], 1.0, of);
-        let found = |rays: [u32; 2]| Shares::by_noise(&film, &rays, 1).quarters;
-        assert_eq!(found([64, 64]), [8, 1], "1.8 and 0.2");
-        assert_eq!(found([9 * 64, 4 * 64]), [8, 1], "1.71 and 0.29");
-        assert_eq!(found([16 * 64, 64]), [4, 4], "at 17 rays, 1.38 and 0.62 would make 1.1 of it");
     }
 
     /// Noise that is found in one pixel of a block, and not in its neighbours, says nothing about the block.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use surelight_film::{Features as FilmFeatures, Film, Window};
 
 use crate::{
-    adaptive::{Adaptation, LOOK, LOOK_SEED, Shares, least_share},
+    adaptive::{LOOK, LOOK_SEED, Shares, least_share},
     ahead::Ahead,
     compose::compose,
     device::Device,
@@ -48,8 +48,8 @@ pub struct Renderer<'a> {
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
     feature_pixels: wgpu::Buffer,
-    /// Where the kernel is adaptive.
-    adaptation: Option<Adaptation>,
+    /// Where the kernel is adaptive, pixels' shares of the samples, and where it reads them.
+    shares: Option<(Shares, wgpu::Buffer)>,
     readback: wgpu::Buffer,
     /// Pixels of the whole picture.
     size: [u32; 2],
@@ -132,11 +132,7 @@ impl<'a> Renderer<'a> {
         let sum_bytes = pixels * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
         let feature_pixels = up.zeros("first-hit features", feature_bytes, storage)?;
-        let adaptation =
-            if features.adaptive { Some(Adaptation::new(&mut up, &mut resources, [width, height])?) } else { None };
-        let of_blocks = adaptation.as_ref().map_or(0, Adaptation::readback_bytes);
-        let read_bytes = sum_bytes.max(feature_bytes).max(of_blocks);
-        let readback = up.zeros("the copy of what is read", read_bytes, U::MAP_READ | U::COPY_DST)?;
+        let readback = up.zeros("the copy of batch sums", sum_bytes.max(feature_bytes), U::MAP_READ | U::COPY_DST)?;
         for (name, buffer) in [
             ("view", &view),
             ("pass_info", &pass_buffer),
@@ -145,6 +141,13 @@ impl<'a> Renderer<'a> {
             ("feature_pixels", &feature_pixels),
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
+        }
+        let mut shares = None;
+        if features.adaptive {
+            let even = Shares::even([width, height]);
+            let buffer = up.buffer("shares of the samples", &even.quarters, U::STORAGE | U::COPY_DST)?;
+            resources.insert("quarters".into(), Resource::Buffer(buffer.clone()));
+            shares = Some((even, buffer));
         }
         // Nobody kills a CPU driver's dispatches; interrupts wait for them.
         let longest = if device.info.is_cpu { 4 * LONGEST } else { LONGEST };
@@ -167,7 +170,7 @@ impl<'a> Renderer<'a> {
             pass_buffer,
             sums,
             feature_pixels,
-            adaptation,
+            shares,
             readback,
             size: [width, height],
             threads,
@@ -213,26 +216,33 @@ impl<'a> Renderer<'a> {
     ///
     /// What is found depends on the scene, the settings, the seed and the plan alone, so that crops and parts of a render agree.
     pub fn adapt(&mut self, planned: Option<u32>, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
-        let device = self.dispatcher.device;
-        let Some(adaptation) = &mut self.adaptation else { return Ok(true) };
-        adaptation.begin(device, Shares::even(self.size));
+        if !self.share_out(Shares::even(self.size)) {
+            return Ok(true);
+        }
         let (counts, seed) = (self.counts, self.seed);
         let mut film = Film::new(self.size[0], self.size[1]);
         self.set_seed(seed ^ LOOK_SEED);
-        let finished = self.trace(&mut film, 0, LOOK, 1, observer);
+        let finished = self.trace(&mut film, 0, LOOK[0], LOOK[1], observer);
         self.set_seed(seed);
         self.counts = counts;
         let finished = finished?;
-        if let Some(adaptation) = self.adaptation.as_mut().filter(|_| finished) {
-            let rays = adaptation.rays(device, &self.readback)?;
-            adaptation.begin(device, Shares::by_noise(&film, &rays, least_share(planned)));
+        if finished {
+            self.share_out(Shares::by_noise(&film, least_share(planned)));
         }
         Ok(finished)
     }
 
+    /// Returns false where the kernel is not adaptive.
+    fn share_out(&mut self, new: Shares) -> bool {
+        let Some((shares, buffer)) = &mut self.shares else { return false };
+        self.dispatcher.device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&new.quarters));
+        *shares = new;
+        true
+    }
+
     /// Samples of a window's pixels, on average, for each one that is asked for.
     pub fn mean_share(&self, window: &Window) -> f64 {
-        self.adaptation.as_ref().map_or(1.0, |a| a.shares.mean(window))
+        self.shares.as_ref().map_or(1.0, |(shares, _)| shares.mean(window))
     }
 
     /// Walks every ray so many times from here on, if the kernel was made with the feature `repeat_walk`. The picture stays the same, so that what it
@@ -285,7 +295,7 @@ impl<'a> Renderer<'a> {
         }
         if let Some(particles) = &mut self.particles {
             let run = Run { first_batch, batches, samples };
-            let shares = self.adaptation.as_ref().map(|a| &a.shares);
+            let shares = self.shares.as_ref().map(|(shares, _)| shares);
             if !particles.trace(&self.dispatcher, run, shares, &mut results, &mut self.counts, observer)? {
                 return Ok(false);
             }
@@ -298,10 +308,8 @@ impl<'a> Renderer<'a> {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
-                let added = match &self.adaptation {
-                    Some(Adaptation { shares, .. }) => {
-                        film.add_uneven_batch(|x, y| shares.samples([x, y], samples), &pixels, batch)
-                    }
+                let added = match &self.shares {
+                    Some((shares, _)) => film.add_uneven_batch(|x, y| shares.samples([x, y], samples), &pixels, batch),
                     None => film.add_batch(samples, &pixels, batch),
                 };
                 added.map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
