@@ -326,7 +326,7 @@ fn crops_and_parts_are_the_whole() {
 #[test]
 fn adaptive_pixels_are_as_bright() {
     let mut scene = globe(None);
-    scene.cameras[0].projection = Projection::Perspective { yfov: 1.6, aspect: None };
+    scene.cameras[0].projection = Projection::Perspective { yfov: 2.4, aspect: None };
     let picture = |adaptive| {
         let settings = Settings { adaptive, integrator: Integrator::Caustics, ..Settings::new(2 * SIDE, 2 * SIDE) };
         let mut renderer = Renderer::new(device(), &prepare(&scene, &settings)).unwrap_or_else(|e| panic!("{e}"));
