@@ -49,7 +49,7 @@ pub(crate) struct RenderArgs {
     pub(crate) one_scramble: bool,
 
     /// Whether the four pixels of each 2×2 square use what one another's paths find, under `mis`: far less noise where most light comes
-    /// from surface to surface, in squares; no bias
+    /// from surface to surface, in squares; no bias. `auto`: in such scenes, unless fewer than 262,144 paths are planned
     #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
     pub(crate) shared_paths: SharedPaths,
 

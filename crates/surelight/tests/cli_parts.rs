@@ -12,7 +12,7 @@ use surelight_film::read_exr;
 
 /// Renders the Cornell box without progress; the options come after.
 fn box_of(folder: &Folder, spp: u32, options: &str) -> Ran {
-    folder.run(&format!("{{box}} --size 37x29 --spp {spp} --quiet {options}"))
+    folder.run(&format!("{{box}} --size 37x29 --spp {spp} --shared-paths on --quiet {options}"))
 }
 
 #[track_caller]

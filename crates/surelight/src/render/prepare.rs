@@ -90,6 +90,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
         shared_paths: match args.shared_paths {
+            SharedPaths::Auto if is_preview(args, view) => surelight_render::SharedPaths::Off,
             SharedPaths::Auto => surelight_render::SharedPaths::Auto,
             SharedPaths::On => surelight_render::SharedPaths::On,
             SharedPaths::Off => surelight_render::SharedPaths::Off,
@@ -102,6 +103,14 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         multiple_scattering: args.multiple_scattering,
         ..Settings::new(view.size.width, view.size.height)
     }
+}
+
+/// Whether so few paths are planned that those which pixels share would not make up for their larger kernel, which takes half a second
+/// longer to compile (docs/performance.md).
+fn is_preview(args: &RenderArgs, view: &View) -> bool {
+    const LEAST_PATHS: u64 = 1 << 18;
+    let pixels = u64::from(view.size.width) * u64::from(view.size.height);
+    args.planned().is_some_and(|spp| pixels * u64::from(spp) < LEAST_PATHS)
 }
 
 /// Files of the scene that an output of the same name would destroy.
