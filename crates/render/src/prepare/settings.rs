@@ -86,7 +86,8 @@ pub struct Settings {
     /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
     pub shared_paths: SharedPaths,
-    /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while.
+    /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while. Particles from lights are not for
+    /// one pixel: they stay as many.
     pub adaptive: bool,
     /// Renders with different seeds are independent.
     pub seed: u32,
