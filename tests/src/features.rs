@@ -8,7 +8,7 @@ use surelight_scene::{LoadOptions, Scene, procedural};
 use crate::{render::prepare, scenes};
 
 /// What a feature cannot be without, as the renderer decides it.
-const IMPLIED: [(&str, &[&str]); 38] = [
+const IMPLIED: [(&str, &[&str]); 40] = [
     ("base_color_texture", &["textures"]),
     ("metallic_roughness_texture", &["textures", "ggx"]),
     ("normal_texture", &["textures", "tangents"]),
@@ -22,6 +22,8 @@ const IMPLIED: [(&str, &[&str]); 38] = [
     ("transmission", &["ggx"]),
     ("volume", &["transmission", "ggx"]),
     ("nested", &["volume", "transmission", "ggx"]),
+    ("volume_alpha", &["alpha", "transmission", "ggx"]),
+    ("panes", &["delta_lobes", "transmission", "ggx"]),
     ("dispersion", &["transmission", "ggx"]),
     ("diffuse_transmission", &["transmission", "ggx"]),
     ("anisotropy", &["ggx", "tangents"]),

@@ -102,6 +102,10 @@ features! {
     volume,
     /// Volumes within one another, or overlapping.
     nested,
+    /// Some volume has alpha: coverage is decided where a ray enters, and holds where it leaves.
+    volume_alpha,
+    /// Smooth thin panes: light goes straight through them, and light sampling sees through them.
+    panes,
     /// Unlit materials.
     unlit,
     /// Some surface emits light.

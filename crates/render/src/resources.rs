@@ -31,7 +31,7 @@ pub(crate) fn scene_resources(
         Ok(())
     };
     let cast = bytemuck::cast_slice::<_, u8>;
-    storage("items", "the BVH", true, bytemuck::cast_slice(&prepared.accel.items))?;
+    storage("items", "the BVH", true, bytemuck::cast_slice(&prepared.items()))?;
     storage("attributes", "triangle attributes", true, bytemuck::cast_slice(&prepared.attributes))?;
     let materials = RecordLayout::of(shader, "Material").map(|l| prepared.material_records(&l)).unwrap_or_default();
     storage("materials", "materials", true, &materials)?;

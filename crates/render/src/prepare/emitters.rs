@@ -2,12 +2,12 @@
 
 use glam::Vec2;
 use surelight_accel::Accel;
-use surelight_scene::{AlphaMode, Material, Mesh, Scene};
+use surelight_scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 
 use super::{
     Integrator, luminance,
     parallelograms::{self, Piece},
-    textures::lookup_linear_rgb,
+    textures::lookup_srgb,
 };
 
 /// A triangle of a mesh that emits, or two that form a parallelogram.
@@ -65,38 +65,63 @@ pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integra
     parallelograms::join(&triangles.iter().map(positions).collect::<Vec<_>>())
 }
 
-/// Luminance of a triangle's mean emission, both sides counted where both emit.
+/// Luminance of a triangle's mean emission times coverage, both sides counted where both emit.
 fn triangle_weight(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> f32 {
     let sides = if material.double_sided { 2.0 } else { 1.0 };
-    let mean = match &material.emissive_texture {
-        None => [1.0; 3],
-        Some(texture) => {
-            let uvs = corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |u| u[c as usize]));
-            mean_texture(scene, texture, uvs)
-        }
+    let varies = material.emissive_texture.is_some()
+        || material.alpha_mode != AlphaMode::Opaque && (material.base_color_texture.is_some() || mesh.colors.is_some());
+    let mean = if varies {
+        mean_emission(scene, mesh, material, corners)
+    } else {
+        let coverage = coverage(material, material.base_color[3]);
+        material.emissive.map(|c| c * coverage)
     };
-    let radiance = [0, 1, 2].map(|c| material.emissive[c] * mean[c]);
-    (sides * luminance(radiance)) as f32
+    (sides * luminance(mean)) as f32
 }
 
-/// Mean of a texture over a triangle of UVs, by a grid fine enough to meet each texel of small ones.
-fn mean_texture(scene: &Scene, texture: &surelight_scene::TextureRef, uvs: [Vec2; 3]) -> [f32; 3] {
-    let image = &scene.images[scene.textures[texture.texture].image];
-    let size = Vec2::new(image.width as f32, image.height as f32);
-    let extent = ((uvs[1] - uvs[0]) * size).length().max(((uvs[2] - uvs[0]) * size).length());
+/// Probability that a surface of this alpha is there. Twin of `coverage_at` in `shaders/scene/coverage.wesl`.
+fn coverage(material: &Material, alpha: f32) -> f32 {
+    match material.alpha_mode {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask(cutoff) => f32::from(u8::from(alpha >= cutoff)),
+        AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+    }
+}
+
+/// Mean over a triangle of emission times coverage, by a grid fine enough to meet each texel of small textures.
+fn mean_emission(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> [f32; 3] {
+    let uvs = |texture: &TextureRef| {
+        corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |uvs| uvs[c as usize]))
+    };
+    let emissive = material.emissive_texture.as_ref().map(|texture| (texture, uvs(texture)));
+    let base = material.base_color_texture.as_ref().filter(|_| material.alpha_mode != AlphaMode::Opaque);
+    let base = base.map(|texture| (texture, uvs(texture)));
+    let alphas = mesh.colors.as_ref().map_or([1.0; 3], |colors| corners.map(|c| colors[c as usize].w));
+    let texels = |&(texture, uvs): &(&TextureRef, [Vec2; 3])| {
+        let image = &scene.images[scene.textures[texture.texture].image];
+        let size = Vec2::new(image.width as f32, image.height as f32);
+        ((uvs[1] - uvs[0]) * size).length().max(((uvs[2] - uvs[0]) * size).length())
+    };
+    let extent = emissive.iter().chain(&base).map(texels).fold(0.0, f32::max);
     let n = (extent.min(64.0) as usize).clamp(4, 64);
     let mut sum = [0.0f64; 3];
     let mut count = 0.0;
     for i in 0..n {
         for j in 0..n - i {
             let (b1, b2) = ((i as f32 + 1.0 / 3.0) / n as f32, (j as f32 + 1.0 / 3.0) / n as f32);
-            let uv = uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]);
-            let value = lookup_linear_rgb(scene, texture, uv);
+            let lookup = |&(texture, uvs): &(&TextureRef, [Vec2; 3])| {
+                lookup_srgb(scene, texture, uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]))
+            };
+            let emission = emissive.as_ref().map_or([1.0; 4], lookup);
+            let alpha = material.base_color[3]
+                * base.as_ref().map_or(1.0, |base| lookup(base)[3])
+                * (alphas[0] + b1 * (alphas[1] - alphas[0]) + b2 * (alphas[2] - alphas[0]));
+            let coverage = coverage(material, alpha);
             for c in 0..3 {
-                sum[c] += f64::from(value[c]);
+                sum[c] += f64::from(emission[c] * coverage);
             }
             count += 1.0;
         }
     }
-    sum.map(|s| (s / count) as f32)
+    [0, 1, 2].map(|c| material.emissive[c] * (sum[c] / count) as f32)
 }

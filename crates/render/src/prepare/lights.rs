@@ -62,6 +62,10 @@ pub(super) const KIND_ENVIRONMENT: u32 = 2 << 30;
 /// Marks a record's material: the light is a parallelogram. Twin of the constant in `shaders/light/area.wesl`.
 const PARALLELOGRAM: u32 = 1 << 31;
 
+/// Marks a record's material: a mirroring instance turned the triangle over, so that `e1` and `e2` are the edges to its third and second
+/// corner. Twin of the constant in `shaders/light/area.wesl`.
+const MIRRORED: u32 = 1 << 30;
+
 /// Fewer area lights than these are chosen by the alias table.
 const LEAST_FOR_TREE: usize = 2;
 
@@ -307,14 +311,16 @@ impl Lights {
         });
         let (mut e1, mut e2) = (b - a, c - a);
         // Corners of shared meshes are in object order: a mirroring instance turns them over.
-        if source.instance == NONE && to_world.matrix3.determinant() < 0.0 {
+        let mirrored = source.instance == NONE && to_world.matrix3.determinant() < 0.0;
+        if mirrored {
             std::mem::swap(&mut e1, &mut e2);
         }
+        let flags = if emitter.other.is_some() { PARALLELOGRAM } else { 0 } | if mirrored { MIRRORED } else { 0 };
         let light = AreaLight {
             v0: a.to_array(),
             prim: emitter.prim as u32,
             e1: e1.to_array(),
-            shape: mesh.material as u32 | if emitter.other.is_some() { PARALLELOGRAM } else { 0 },
+            shape: mesh.material as u32 | flags,
             e2: e2.to_array(),
             weight: emitter.weight,
         };
@@ -330,7 +336,7 @@ impl Lights {
 
 impl AreaLight {
     pub(super) fn material(&self) -> usize {
-        (self.shape & !PARALLELOGRAM) as usize
+        (self.shape & !(PARALLELOGRAM | MIRRORED)) as usize
     }
 
     pub(super) fn is_parallelogram(&self) -> bool {

@@ -1,6 +1,6 @@
 //! What a material is made of, by its factors.
 
-use surelight_scene::Material;
+use surelight_scene::{AlphaMode, Material};
 
 /// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular strength (even of index 1, since
 /// F90 is the strength, not 1), or a thin film.
@@ -48,6 +48,17 @@ pub(super) fn ior_spread(m: &Material) -> f32 {
 /// Whether the Lambertian base sends light to its other side.
 pub(super) fn sends_through(m: &Material) -> bool {
     !m.unlit && m.diffuse_transmission.factor > 0.0
+}
+
+/// Whether the surface encloses a medium and has alpha.
+pub(super) fn has_alpha_volume(m: &Material) -> bool {
+    m.alpha_mode != AlphaMode::Opaque && m.volume.is_some() && transmits(m)
+}
+
+/// Whether light may go straight through: a thin wall whose facets may be smooth. `smooth`: whether α may fall below the kernel's
+/// ALPHA_SMOOTH.
+pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
+    !m.unlit && m.transmission > 0.0 && m.ior != 0.0 && m.volume.is_none() && smooth
 }
 
 /// Whether light gets to the other side at all.

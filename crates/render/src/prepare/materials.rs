@@ -2,7 +2,7 @@
 
 use surelight_scene::{AlphaMode, Material, Scene, Volume};
 
-use super::lobes::{ior_spread, is_dispersive};
+use super::lobes::{has_alpha_volume, ior_spread, is_dispersive};
 use super::slots::Slot;
 use super::textures::Textures;
 use crate::reflect::{RecordLayout, RecordWriter};
@@ -11,6 +11,7 @@ const FLAG_DOUBLE_SIDED: u32 = 1;
 const FLAG_UNLIT: u32 = 2;
 const FLAG_THIN: u32 = 4;
 const FLAG_NOT_OPAQUE: u32 = 8;
+const FLAG_BOUNDARY: u32 = 16;
 
 /// A material with its textures resolved: what the kernel may ask for, before it is known what it does ask for.
 #[derive(Clone, Debug)]
@@ -83,6 +84,7 @@ fn write_records<'a>(materials: &[PreparedMaterial], layout: &'a RecordLayout) -
             (m.unlit, FLAG_UNLIT),
             (thin, FLAG_THIN),
             (m.alpha_mode != AlphaMode::Opaque, FLAG_NOT_OPAQUE),
+            (has_alpha_volume(m), FLAG_BOUNDARY),
         ] {
             flags |= if on { flag } else { 0 };
         }

@@ -24,9 +24,9 @@ mod textures;
 mod unreachable;
 mod view;
 
-use std::collections::BTreeSet;
+use std::{borrow::Cow, collections::BTreeSet};
 
-use surelight_accel::{Accel, BuildOptions, Layout};
+use surelight_accel::{Accel, BuildOptions, Item, Layout, wide};
 use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 
 use self::{
@@ -36,7 +36,8 @@ use self::{
     environment::EnvironmentTable,
     lights::{LightKinds, Lights},
     lobes::{
-        has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy, sends_through, transmits,
+        has_alpha_volume, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
+        is_pane, sends_through, transmits,
     },
     materials::PreparedMaterial,
     slots::Slot,
@@ -74,6 +75,8 @@ pub struct Prepared {
     pub(crate) textures: Textures,
     pub(crate) lights: Lights,
     pub(crate) environment: Option<EnvironmentTable>,
+    /// By mesh, its material.
+    mesh_materials: Vec<usize>,
     room: Room,
 }
 
@@ -174,6 +177,7 @@ impl Prepared {
             textures,
             lights,
             environment,
+            mesh_materials: scene.meshes.iter().map(|mesh| mesh.material).collect(),
             room,
         };
         Ok((prepared, work))
@@ -193,6 +197,23 @@ impl Prepared {
         constants.push(Constant { name: "CASTERS", value: caustics.map_or(1, Caustics::count) });
         constants.push(Constant { name: "EMITTERS", value: caustics.map_or(1, |c| c.table.len() as u32) });
         constants
+    }
+
+    /// The BVH's items. Those of triangles that are panes have a bit for each of the two in word 14.
+    pub(crate) fn items(&self) -> Cow<'_, [Item]> {
+        if !self.features.panes {
+            return Cow::Borrowed(&self.accel.items);
+        }
+        let panes: Vec<bool> = self.materials.iter().map(is_smooth_pane).collect();
+        let is_pane = |prim: u32| {
+            let mesh = self.accel.triangles[prim as usize].mesh;
+            u32::from(panes[self.mesh_materials[mesh as usize]])
+        };
+        let mut items = self.accel.items.clone();
+        for item in items.iter_mut().filter(|item| wide::kind(item) == wide::Kind::Pair) {
+            item.0[14] = is_pane(item.0[12]) | is_pane(item.0[13]) << 1;
+        }
+        Cow::Owned(items)
     }
 
     pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
@@ -306,6 +327,9 @@ fn decide(
         sheen: any(&is_fibrous),
         clearcoat: any(&is_coated),
         volume: any(&|m| transmits(m) && absorbs(m)),
+        volume_alpha: any(&has_alpha_volume),
+        // Whitted's shadow rays end at glass.
+        panes: settings.integrator != Integrator::Whitted && materials.iter().any(|m| is_smooth_pane(m)),
         unlit: any(&|m| m.unlit),
         emission,
         light_sampling: lights.any && settings.max_bounces != Some(0),
@@ -342,6 +366,8 @@ fn refusal(settings: &Settings, features: &Features) -> Option<&'static str> {
         Some("a receiver is measured, which is no camera")
     } else if features.nested {
         Some("volumes overlap")
+    } else if features.volume_alpha {
+        Some("a volume has alpha")
     } else if settings.max_bounces.is_some_and(|most| most < 2) {
         Some("paths are too short for it")
     } else {
@@ -368,11 +394,17 @@ fn may_share_paths(settings: &Settings, features: &Features) -> bool {
         && !features.receiver
         && !features.dispersion
         && !features.nested
+        && !features.volume_alpha
 }
 
 /// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
 fn least_interreflection(features: &Features) -> f64 {
     if features.ggx { 0.6 } else { 0.35 }
+}
+
+/// Whether light may go straight through some of the surface.
+fn is_smooth_pane(m: &PreparedMaterial) -> bool {
+    is_pane(&m.material, m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
 }
 
 /// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.

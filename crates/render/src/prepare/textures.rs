@@ -72,8 +72,8 @@ impl Textures {
     }
 }
 
-/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an emissive texture, say.
-pub(crate) fn lookup_linear_rgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 3] {
+/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an sRGB texture, and its alpha.
+pub(crate) fn lookup_srgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 4] {
     let texture = &scene.textures[reference.texture];
     let image = &scene.images[texture.image];
     let uv = reference.transform.map_or(uv, |m| m.transform_point2(uv));
@@ -81,14 +81,15 @@ pub(crate) fn lookup_linear_rgb(scene: &Scene, reference: &TextureRef, uv: glam:
     let nearest = texture.filter == Filter::Nearest;
     let corner = if nearest { p.floor() } else { (p - 0.5).floor() };
     let f = if nearest { glam::Vec2::ZERO } else { p - 0.5 - corner };
-    let fetch = |dx: i64, dy: i64| -> [f32; 3] {
+    let fetch = |dx: i64, dy: i64| -> [f32; 4] {
         let x = wrap_coordinate(corner.x as i64 + dx, i64::from(image.width), texture.wrap_s);
         let y = wrap_coordinate(corner.y as i64 + dy, i64::from(image.height), texture.wrap_t);
         let at = 4 * (y as usize * image.width as usize + x as usize);
-        [0, 1, 2].map(|c| srgb_to_linear(f32::from(image.rgba[at + c]) / 255.0))
+        let [r, g, b, a] = [0, 1, 2, 3].map(|c| f32::from(image.rgba[at + c]) / 255.0);
+        [srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b), a]
     };
     let (a, b, c, d) = (fetch(0, 0), fetch(1, 0), fetch(0, 1), fetch(1, 1));
-    [0, 1, 2].map(|k| {
+    [0, 1, 2, 3].map(|k| {
         let top = a[k] + (b[k] - a[k]) * f.x;
         let bottom = c[k] + (d[k] - c[k]) * f.x;
         top + (bottom - top) * f.y
