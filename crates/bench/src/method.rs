@@ -62,6 +62,7 @@ impl Method {
             Integrator::Area => ("area", None),
             Integrator::Mis => ("mis", None),
             Integrator::Caustics => ("caustics", None),
+            Integrator::Auto => ("auto", None),
             Integrator::Whitted => ("whitted", None),
         };
         let sampler = match self.sampler {

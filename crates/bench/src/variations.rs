@@ -23,6 +23,8 @@ enum Family {
     Area,
     Mis,
     Caustics,
+    /// What the scene decides.
+    Auto,
     Whitted,
 }
 
@@ -102,6 +104,7 @@ impl Variations {
             Family::Area => vec![Integrator::Area],
             Family::Mis => vec![Integrator::Mis],
             Family::Caustics => vec![Integrator::Caustics],
+            Family::Auto => vec![Integrator::Auto],
             Family::Whitted => vec![Integrator::Whitted],
             Family::Hemisphere => {
                 let directions = self.directions.as_deref().unwrap_or(&[Directions::Bsdf]);
@@ -127,8 +130,9 @@ fn family(word: &str) -> Result<Family, &'static str> {
         "area" => Ok(Family::Area),
         "mis" => Ok(Family::Mis),
         "caustics" => Ok(Family::Caustics),
+        "auto" => Ok(Family::Auto),
         "whitted" => Ok(Family::Whitted),
-        _ => Err("an integrator: hemisphere, area, mis, caustics or whitted"),
+        _ => Err("an integrator: hemisphere, area, mis, caustics, auto or whitted"),
     }
 }
 

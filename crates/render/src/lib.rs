@@ -51,5 +51,5 @@ pub use reflect::RecordLayout;
 pub use renderer::Renderer;
 pub use schedule::{Counts, Observer, path_kernel};
 pub use standing::Standing;
-pub use trial::{Trial, best_trial, judge_trials, try_integrators};
+pub use trial::{Trial, best_trial, judge_trials};
 pub use twins::host_layouts;

@@ -1,6 +1,6 @@
 //! Particles from the lights: runs the light tracing kernel over a batch and brings what they left in pixels to the batch's sums.
 //!
-//! A batch sends out a particle for every four samples of all pixels of the whole image, whatever part of it is traced: they are
+//! A batch sends out a particle for every few samples of all pixels of the whole image, whatever part of it is traced: they are
 //! numbered by the image, and what lands outside of the part is dropped. Sums are of integers, so that neither the order of particles nor
 //! crops, tiles and interruptions change a bit.
 
@@ -35,9 +35,6 @@ const GPU_LANES: u32 = 1 << 18;
 /// By each thread of a CPU driver.
 const CPU_LANES_A_THREAD: u32 = 1 << 9;
 
-/// Of every so many samples of a pixel one sends out a particle.
-const SAMPLES_A_PARTICLE: u64 = 4;
-
 /// Units of the sums that a particle of the usual flux brings to a pixel, and the root of those of squares.
 const UNITS: f64 = (1u32 << 20) as f64;
 const ROOT_UNITS: f64 = (1u32 << 12) as f64;
@@ -71,6 +68,8 @@ pub(crate) struct Particles {
     one_scramble: bool,
     /// What a particle of the usual flux brings to a pixel.
     usual: f64,
+    /// Of every so many samples of a pixel one sends out a particle.
+    samples_per_particle: u64,
 }
 
 impl Particles {
@@ -111,6 +110,7 @@ impl Particles {
             size: prepared.view.size,
             one_scramble: features.one_scramble,
             usual: caustics.usual,
+            samples_per_particle: caustics.samples_per_particle.into(),
         };
         Ok(Some((particles, shader.wgsl)))
     }
@@ -135,7 +135,7 @@ impl Particles {
 
     /// Particles that one sample of every pixel sends out.
     fn a_sample(&self) -> u64 {
-        (u64::from(self.size[0]) * u64::from(self.size[1])).div_ceil(SAMPLES_A_PARTICLE)
+        (u64::from(self.size[0]) * u64::from(self.size[1])).div_ceil(self.samples_per_particle)
     }
 
     /// Has the driver compile.

@@ -1,29 +1,11 @@
-//! Which integrator is the best for a scene: short, interleaved trials of each.
-
-use std::time::Instant;
+//! Which integrator is the best for a scene, by short, interleaved trials of each.
 
 use surelight_film::Film;
-use surelight_scene::{Camera, Scene};
 
 use crate::{
-    device::Device,
-    error::RenderError,
     noise,
-    prepare::{Integrator, Prepared, Settings, luminance},
-    renderer::Renderer,
+    prepare::{Integrator, luminance},
 };
-
-/// Pixels on the longer side of a trial's picture: efficiencies differ by integrator, hardly by resolution.
-const SIDE: u32 = 96;
-
-/// Rounds, in which each integrator has its turn, so that a machine that slows down slows all of them alike.
-const ROUNDS: u32 = 6;
-
-/// Single samples of a round, each a batch.
-const SAMPLES: u32 = 8;
-
-/// Trials' batches have numbers that no render comes to: their samples are others, and are thrown away.
-const FIRST_BATCH: u32 = 3 << 30;
 
 /// How an integrator did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,45 +20,6 @@ pub struct Trial {
     pub efficiency: f64,
     /// Relative standard error of the efficiency, from its spread over rounds.
     pub error: f64,
-}
-
-/// Tries each integrator on a small picture of the scene. The order is that of `integrators`.
-///
-/// # Errors
-/// Where the scene cannot be prepared or the device fails.
-pub fn try_integrators(
-    device: &Device,
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    integrators: &[Integrator],
-) -> Result<Vec<Trial>, RenderError> {
-    let scale = f64::from(SIDE) / f64::from(settings.width.max(settings.height));
-    let side = |n: u32| ((f64::from(n) * scale).round() as u32).clamp(1, SIDE);
-    let [width, height] = [side(settings.width), side(settings.height)];
-    let mut renderers = Vec::new();
-    for &integrator in integrators {
-        let settings = Settings { width, height, integrator, ..settings.clone() };
-        renderers.push(Renderer::new(device, &Prepared::new(scene, camera, &settings)?)?);
-    }
-    // Of each integrator and round.
-    let mut films = vec![Vec::new(); integrators.len()];
-    let mut seconds = vec![Vec::new(); integrators.len()];
-    for round in 0..ROUNDS {
-        for (i, renderer) in renderers.iter_mut().enumerate() {
-            let mut film = Film::new(width, height);
-            let began = Instant::now();
-            let mut done = 0;
-            while done < SAMPLES {
-                let batches = renderer.most_batches().min(SAMPLES - done);
-                renderer.trace(&mut film, FIRST_BATCH + round * SAMPLES + done, batches, 1, &mut |_| true)?;
-                done += batches;
-            }
-            seconds[i].push(began.elapsed().as_secs_f64() / f64::from(SAMPLES) / film.pixels().len() as f64);
-            films[i].push(film);
-        }
-    }
-    Ok(judge_trials(integrators, &films, &seconds))
 }
 
 /// How integrators did, by the films of their rounds, each of batches of one sample and all of one view, and by each round's seconds for a sample of a pixel.

@@ -46,10 +46,10 @@ where
             let unscrambled = unscrambled.then(|| {
                 "the argument '--one-scramble' needs '--sampler sobol': other samplers have no sequence".into()
             });
-            let parts = || args.parts.conflict(&args.stop, &args.method, &args.output);
+            let parts = || args.parts.conflict(&args.stop, &args.output);
             args.method.conflict().map(String::from).or(unscrambled).or_else(parts)
         }
-        Command::Info(args) => args.method.conflict_without_trial().map(String::from),
+        Command::Info(args) => args.method.conflict().map(String::from),
         Command::Measure(args) => args.conflict().map(String::from),
         Command::Bench(args) => args.conflict(),
         _ => None,
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!((args.stop.spp, args.stop.time, args.seed, args.exposure), (None, None, 0, 0.0));
         assert_eq!(args.max_bounces, Bounces(None));
         assert_eq!(args.tonemap, Tonemap::Neutral);
-        assert_eq!((args.method.integrator, args.method.sampler), (Integrator::Mis, Sampler::Sobol));
+        assert_eq!((args.method.integrator, args.method.sampler), (Integrator::Auto, Sampler::Sobol));
         assert!(args.output.is_empty() && args.size.is_none() && !args.quiet && !args.json);
     }
 
@@ -172,8 +172,6 @@ mod tests {
             ("surelight a.glb --sampler halton", ErrorKind::InvalidValue),
             ("surelight a.glb --one-scramble --sampler stratified", ErrorKind::ArgumentConflict),
             ("surelight a.glb --one-scramble --error 1%", ErrorKind::ArgumentConflict),
-            ("surelight info a.glb --integrator auto", ErrorKind::ArgumentConflict),
-            ("surelight measure a.glb --integrator auto --point 0,0,0 --direction 0,0,1", ErrorKind::ArgumentConflict),
             // Options of work to come are absent, not inert.
             ("surelight a.glb --samples 0..16", ErrorKind::MissingRequiredArgument),
         ] {

@@ -96,7 +96,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
         pilot_samples: plan.pilot_samples,
         tail: tail.map(|t| [t.k, t.limit]),
         certified: true,
-        integrator: method::word(args.method.integrator),
+        integrator: method::word(args.method.with(setup.settings.integrator).integrator),
         seed: args.seed,
         adapter: device.info.name.clone(),
         rays: renderer.counts.rays,

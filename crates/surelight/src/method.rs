@@ -8,7 +8,7 @@ use surelight_scene::Scene;
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MethodArgs {
     /// How paths are sampled
-    #[arg(long, value_enum, default_value_t = Integrator::Mis)]
+    #[arg(long, value_enum, default_value_t = Integrator::Auto)]
     pub(crate) integrator: Integrator,
 
     /// How `--integrator hemisphere` samples directions [default: bsdf]
@@ -31,7 +31,7 @@ pub(crate) enum Integrator {
     Mis,
     /// Joined as well; what comes by mirrors and smooth glass to surfaces that scatter is traced from the lights
     Caustics,
-    /// The most efficient of the four above for this scene, by a short trial of each (render only)
+    /// `caustics` where light comes by mirrors or smooth glass and it pays, or would be missing otherwise; else `mis`
     Auto,
     /// Mirrors, clear glass and one shadow ray to the middle of a light; biased, recorded as such
     Whitted,
@@ -65,12 +65,6 @@ pub(crate) fn word(value: impl ValueEnum) -> String {
 }
 
 impl MethodArgs {
-    /// What is wrong with the combination where nothing is tried, if anything.
-    pub(crate) fn conflict_without_trial(&self) -> Option<&'static str> {
-        let auto = "the value 'auto' of '--integrator' is for render alone: only there a trial is worth its time";
-        self.is_auto().then_some(auto).or_else(|| self.conflict())
-    }
-
     /// What is wrong with the combination, if anything.
     pub(crate) fn conflict(&self) -> Option<&'static str> {
         (self.directions.is_some() && self.integrator != Integrator::Hemisphere).then_some(
@@ -87,16 +81,11 @@ impl MethodArgs {
                 Some(Directions::Bsdf) | None => render::Directions::Bsdf,
             }),
             Integrator::Area => render::Integrator::Area,
-            // Until a trial says otherwise.
-            Integrator::Mis | Integrator::Auto => render::Integrator::Mis,
+            Integrator::Mis => render::Integrator::Mis,
+            Integrator::Auto => render::Integrator::Auto,
             Integrator::Caustics => render::Integrator::Caustics,
             Integrator::Whitted => render::Integrator::Whitted,
         }
-    }
-
-    /// Whether trials are to choose the integrator.
-    pub(crate) fn is_auto(&self) -> bool {
-        self.integrator == Integrator::Auto
     }
 
     /// The same with another integrator.
@@ -106,14 +95,10 @@ impl MethodArgs {
             render::Integrator::Area => Integrator::Area,
             render::Integrator::Mis => Integrator::Mis,
             render::Integrator::Caustics => Integrator::Caustics,
+            render::Integrator::Auto => Integrator::Auto,
             render::Integrator::Whitted => Integrator::Whitted,
         };
         Self { integrator, ..self.clone() }
-    }
-
-    /// The word that the integrator is chosen with.
-    pub(crate) fn word(&self) -> String {
-        word(self.integrator)
     }
 
     /// As the renderer calls it.

@@ -7,7 +7,6 @@ use surelight_film::Window;
 use surelight_render::Standing;
 
 use crate::error::Error;
-use crate::method::MethodArgs;
 use crate::parse::{self as value, Format, OutputPath, Size};
 use crate::stopping::StopArgs;
 
@@ -35,11 +34,8 @@ pub(crate) struct PartArgs {
 
 impl PartArgs {
     /// What is wrong with the combination, if anything.
-    pub(crate) fn conflict(&self, stop: &StopArgs, method: &MethodArgs, outputs: &[OutputPath]) -> Option<String> {
+    pub(crate) fn conflict(&self, stop: &StopArgs, outputs: &[OutputPath]) -> Option<String> {
         let ([first, end], spp) = self.samples.zip(stop.spp)?;
-        if method.is_auto() {
-            return Some("'--samples' needs an '--integrator': 'auto' might choose another one for each part".into());
-        }
         if end > spp {
             return Some(format!(
                 "'--samples {first}..{end}' goes beyond '--spp {spp}', the samples of the whole render"
@@ -81,21 +77,11 @@ impl PartArgs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::{Integrator, Sampler};
-
-    fn with(integrator: Integrator, samples: [u32; 2], spp: u32, output: &str) -> Option<String> {
-        let method = MethodArgs { integrator, directions: None, sampler: Sampler::Sobol };
-        let checkpoint = Duration::from_secs(60);
-        let args = PartArgs { crop: None, samples: Some(samples), resume: false, checkpoint };
-        args.conflict(
-            &StopArgs { spp: Some(spp), ..StopArgs::default() },
-            &method,
-            &[value::output_path(output).unwrap()],
-        )
-    }
 
     fn conflict(samples: [u32; 2], spp: u32, output: &str) -> Option<String> {
-        with(Integrator::Mis, samples, spp, output)
+        let checkpoint = Duration::from_secs(60);
+        let args = PartArgs { crop: None, samples: Some(samples), resume: false, checkpoint };
+        args.conflict(&StopArgs { spp: Some(spp), ..StopArgs::default() }, &[value::output_path(output).unwrap()])
     }
 
     #[test]
@@ -107,6 +93,5 @@ mod tests {
         let text = conflict([0, 250], 1000, "a.exr").unwrap();
         assert!(text.contains("224 and 256"), "{text}");
         assert!(conflict([0, 16], 64, "a.png").unwrap().contains(".exr"));
-        assert!(with(Integrator::Auto, [0, 16], 64, "a.exr").unwrap().contains("auto"));
     }
 }

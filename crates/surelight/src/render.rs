@@ -1,6 +1,5 @@
 //! `surelight render`: from a file to images, stage by stage.
 
-mod auto;
 mod checkpoint;
 mod prepare;
 mod record;
@@ -12,10 +11,11 @@ use surelight_film::{Display, Film, Metadata, PixelMoments, ToneMap, Window, wri
 use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
 use crate::error::Error;
+use crate::method::MethodArgs;
 use crate::options::{RenderArgs, Tonemap};
 use crate::parse::{Format, OutputPath};
 use crate::progress::Progress;
-use crate::summary::{Seconds, Summary, Tried};
+use crate::summary::{Seconds, Summary};
 use crate::{interrupt, output};
 
 use checkpoint::Checkpoint;
@@ -28,7 +28,9 @@ struct Finished<'a> {
     args: &'a RenderArgs,
     outputs: &'a [OutputPath],
     loaded: Loaded,
-    tried: Vec<Tried>,
+    /// The integrator, and why it was chosen where the scene decides.
+    method: MethodArgs,
+    choice: Option<String>,
     device: &'a Device,
     film: Film,
     record: Record,
@@ -74,17 +76,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let device = device.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     seconds.device = stages.end()?;
 
-    let mut settings = prepare::settings(args, &loaded.view);
-    if args.method.is_auto() && earlier.is_none() {
-        progress.stage("trying integrators on", &args.scene);
-    }
-    let (method, tried) = match earlier.as_ref().and_then(|earlier| checkpoint::method(&args.method, earlier)) {
-        Some(method) => (method, Vec::new()),
-        None => auto::choose(&args.method, &device, &loaded, &settings)?,
-    };
-    settings.integrator = method.integrator();
-    loaded.warnings.extend(method.warning(&loaded.scene));
-    seconds.trials = stages.end()?;
+    let settings = prepare::settings(args, &loaded.view);
+    loaded.warnings.extend(args.method.warning(&loaded.scene));
 
     progress.stage("building the BVH of", &args.scene);
     let (prepared, ahead) = loaded.prepare(&device, &settings)?;
@@ -92,6 +85,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
 
     progress.stage("compiling the kernel for", &args.scene);
     let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
+    let method = args.method.with(prepared.integrator);
+    let choice = prepared.choice.clone();
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
 
@@ -115,7 +110,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     if args.adaptive {
         progress.stage("looking for noise in", &args.scene);
         renderer.adapt(args.planned(), &mut |_| !interrupt::requested())?;
-        seconds.trials += stages.end()?;
+        seconds.adapt = stages.end()?;
     }
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
@@ -151,7 +146,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         args,
         outputs: &outputs,
         loaded,
-        tried,
+        method,
+        choice,
         device: &device,
         film,
         record,

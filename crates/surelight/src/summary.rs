@@ -52,8 +52,10 @@ pub(crate) struct Summary {
     pub(crate) mrays_per_second: f64,
     /// Million camera paths in a second of tracing.
     pub(crate) mpaths_per_second: f64,
-    /// What `--integrator auto` tried; empty where the user chose.
-    pub(crate) tried: Vec<Tried>,
+    /// The integrator that rendered.
+    pub(crate) integrator: String,
+    /// Why `--integrator auto` chose it; `null` where the user did.
+    pub(crate) choice: Option<String>,
     /// Error of the image; `null` below two batches or where all is black.
     pub(crate) relative_error: Option<RelativeError>,
     /// What the error bars promise.
@@ -86,12 +88,12 @@ pub(crate) struct Seconds {
     pub(crate) load: f64,
     /// Opening the device.
     pub(crate) device: f64,
-    /// Trying integrators, with `--integrator auto`.
-    pub(crate) trials: f64,
     /// Building the BVH, the lights and the textures, and composing and compiling the kernel beside them.
     pub(crate) bvh: f64,
     /// Uploading the scene, and the kernel of the first hits; all of compilation where the kernel turned out to be another.
     pub(crate) compile: f64,
+    /// Deciding where samples go, with `--adaptive`.
+    pub(crate) adapt: f64,
     /// Tracing.
     pub(crate) trace: f64,
     /// Albedo, normal and depth of first hits.
@@ -125,38 +127,6 @@ impl Display for RelativeError {
         let at_most = if self.upper_bound { "at most " } else { "" };
         let (mean, most) = (Percent(self.mean), Percent(self.percentile_95));
         write!(f, "{at_most}{mean} mean, {most} at the 95th percentile (standard error of a pixel's luminance)")
-    }
-}
-
-/// One integrator's trial.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Tried {
-    /// Its name.
-    pub(crate) integrator: String,
-    /// 1/(variance · seconds), relative to that of `mis`.
-    pub(crate) efficiency: f64,
-    /// Standard error of that, of this one's own trial.
-    pub(crate) efficiency_error: f64,
-    /// Relative variance of a sample, averaged over pixels.
-    pub(crate) variance: f64,
-    /// Seconds for a sample of a pixel.
-    pub(crate) seconds: f64,
-    /// Whether it is the one that rendered.
-    pub(crate) chosen: bool,
-}
-
-impl Display for Tried {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:<11} efficiency {:.2} ± {:.2} of mis (relative variance of a sample {:.3}, {:.3} µs each){}",
-            self.integrator,
-            self.efficiency,
-            self.efficiency_error,
-            Significant(self.variance),
-            Significant(self.seconds * 1e6),
-            if self.chosen { ", chosen" } else { "" }
-        )
     }
 }
 
@@ -242,8 +212,8 @@ impl Display for Summary {
             Significant(self.mpaths_per_second),
             Significant(self.mrays_per_second)
         )?;
-        for tried in &self.tried {
-            writeln!(f, "tried     {tried}")?;
+        if let Some(choice) = &self.choice {
+            writeln!(f, "method    {}: {choice}", self.integrator)?;
         }
         match self.relative_error {
             Some(error) => writeln!(f, "error     {error}")?,
@@ -355,7 +325,8 @@ mod tests {
             seconds: Seconds { trace: 2.0, total: 2.5, ..Seconds::default() },
             mrays_per_second: 10.0,
             mpaths_per_second: 1.8432,
-            tried: vec![],
+            integrator: "mis".into(),
+            choice: None,
             intervals: Intervals {
                 certified: 0.987,
                 confidence: 0.95,

@@ -22,7 +22,6 @@ fn wrong_usage_exits_with_2_and_writes_nothing() {
         "a.glb --integrator area --directions cosine",
         "a.glb --error 0%",
         "a.glb --confidence 95%",
-        "info a.glb --integrator auto",
     ] {
         let ran = folder.run(line);
         assert_eq!(ran.code, Some(2), "{line}: {ran:#?}");

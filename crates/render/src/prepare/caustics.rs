@@ -8,7 +8,7 @@ use surelight_scene::{Camera, LightKind, Projection, Scene};
 
 use super::{
     alias::alias_table,
-    casters::{self, Ball},
+    casters::Ball,
     environment::EnvironmentTable,
     lights::{KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
     lobes::transmits,
@@ -23,27 +23,37 @@ pub(crate) struct Caustics {
     pub(crate) table: Vec<LightEntry>,
     /// What a particle of the usual flux brings to a pixel's sample at the casters' distance.
     pub(crate) usual: f64,
+    /// Samples of all pixels for which one particle per pixel is sent: few particles where they bring little.
+    pub(crate) samples_per_particle: u32,
 }
+
+/// Why there is nothing to trace from the lights.
+pub(super) const NOTHING_SMOOTH: &str = "no surface is smooth glass or a mirror";
 
 /// Surfaces that a ray from a point may pass before it is given up.
 const MOST_PASSED: u32 = 64;
 
+/// Below this share of the light, a fourth of the usual number of particles is sent.
+const SMALL_SHARE: f64 = 0.01;
+
 impl Caustics {
     /// What is needed, or the reason why particles are of no use.
     ///
-    /// `smooth`: by material, whether it may scatter by a delta. `volume`: whether some medium absorbs.
+    /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium absorbs. `share`: of the light that
+    /// surfaces scatter, what comes by deltas first.
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         scene: &Scene,
         camera: &Camera,
         accel: &Accel,
         lights: &Lights,
         environment: Option<(&EnvironmentTable, f64)>,
-        smooth: &[bool],
+        balls: &[Ball],
         volume: bool,
+        share: f64,
     ) -> Result<Self, &'static str> {
-        let balls = casters::cover(casters::triangles(scene, accel.origin, smooth));
         if balls.is_empty() {
-            return Err("no surface is smooth glass or a mirror");
+            return Err(NOTHING_SMOOTH);
         }
         if volume && in_medium(scene, accel) {
             return Err("the camera is inside an absorbing medium");
@@ -51,11 +61,11 @@ impl Caustics {
         let mut powers = Vec::new();
         let mut which = Vec::new();
         for (i, light) in lights.area.iter().enumerate() {
-            powers.push(area_power(scene, light, &balls));
+            powers.push(area_power(scene, light, balls));
             which.push(i as u32);
         }
         for (i, light) in scene_lights(scene).enumerate() {
-            powers.push(punctual_power(light, accel.origin, &balls));
+            powers.push(punctual_power(light, accel.origin, balls));
             which.push(KIND_PUNCTUAL | i as u32);
         }
         let discs: f64 = balls.iter().map(|b| PI * b.radius * b.radius).sum();
@@ -78,8 +88,9 @@ impl Caustics {
         let (low, high) = (accel.bounds.lo.as_dvec3(), accel.bounds.hi.as_dvec3());
         let whole = Ball { center: (low + high) * 0.5, radius: 0.5 * (high - low).length() };
         let record = |b: &Ball| [b.center.x as f32, b.center.y as f32, b.center.z as f32, b.radius as f32];
-        let usual = total / spread(camera, &balls);
-        Ok(Self { casters: balls.iter().chain([&whole]).map(record).collect(), table, usual })
+        let usual = total / spread(camera, balls);
+        let samples_per_particle = if share < SMALL_SHARE { 16 } else { 4 };
+        Ok(Self { casters: balls.iter().chain([&whole]).map(record).collect(), table, usual, samples_per_particle })
     }
 
     /// Casters, without the ball around the scene.
@@ -107,7 +118,7 @@ fn spread(camera: &Camera, balls: &[Ball]) -> f64 {
 }
 
 /// 1 − cos of the cone in which a ball is seen; 2 from within.
-fn cone_height(ball: &Ball, from: DVec3) -> f64 {
+pub(super) fn cone_height(ball: &Ball, from: DVec3) -> f64 {
     let s2 = ball.radius * ball.radius / (ball.center - from).length_squared();
     if s2 < 1.0 { s2 / (1.0 + (1.0 - s2).sqrt()) } else { 2.0 }
 }

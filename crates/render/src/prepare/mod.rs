@@ -9,6 +9,7 @@ mod emitters;
 mod environment;
 mod instances;
 mod interreflection;
+mod light_flow;
 mod light_tree;
 mod lights;
 mod lobes;
@@ -32,8 +33,9 @@ use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 use self::{
     attributes::AttributeLayout,
     blueprint::Room,
-    caustics::Caustics,
+    caustics::{Caustics, NOTHING_SMOOTH},
     environment::EnvironmentTable,
+    light_flow::{FlowInput, LightFlow},
     lights::{LightKinds, Lights},
     lobes::{
         has_alpha_volume, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
@@ -65,7 +67,11 @@ pub struct Prepared {
     pub features: Features,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
-    /// Why no light is traced from the lights, where it was asked for ([`Integrator::Caustics`]).
+    /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
+    pub integrator: Integrator,
+    /// Why [`Integrator::Auto`] chose it.
+    pub choice: Option<String>,
+    /// Why no light is traced from the lights, where it is requested ([`Integrator::Caustics`]).
     pub no_caustics: Option<&'static str>,
     pub(crate) caustics: Option<Caustics>,
     pub(crate) view: View,
@@ -100,7 +106,7 @@ impl Prepared {
         // Trees and tables know nothing of each other, and are made side by side.
         let (accel, tables, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
-            let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics);
+            let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
             let work = work(&tables.blueprint(scene, camera, settings, &used));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, work)
@@ -132,33 +138,63 @@ impl Prepared {
         features.instances = !accel.instances.is_empty();
         features.nested = nested;
         features.volume |= nested;
-        let (caustics, no_caustics) = if settings.integrator == Integrator::Caustics {
+        let balls = casters::cover(casters::triangles(scene, accel.origin, &smooth));
+        let flow = LightFlow::new(&FlowInput {
+            scene,
+            accel: &accel,
+            camera,
+            view: &view,
+            area: &lights.area,
+            sky: environment.as_ref().map(|table| (table, factor)),
+            uniform_sky: match &scene.environment {
+                Some(Environment::Uniform(radiance)) => luminance(*radiance),
+                _ => 0.0,
+            },
+            balls: &balls,
+        });
+        let mut caustics = None;
+        let mut no_caustics = None;
+        if matches!(settings.integrator, Integrator::Caustics | Integrator::Auto) {
             let sky = environment.as_ref().map(|table| (table, factor));
-            match refusal(settings, &features) {
-                None => Caustics::new(scene, camera, &accel, &lights, sky, &smooth, features.volume),
+            let traced = match refusal(settings, &features) {
+                None => Caustics::new(scene, camera, &accel, &lights, sky, &balls, features.volume, flow.delta_share),
                 Some(why) => Err(why),
+            };
+            match traced {
+                Ok(traced) => caustics = Some(traced),
+                Err(why) => no_caustics = Some(why),
             }
-            .map_or_else(|why| (None, Some(why)), |caustics| (Some(caustics), None))
-        } else {
-            (None, None)
+        }
+        let unshared = features;
+        let shares = |integrator| {
+            let settings = Settings { integrator, ..settings.clone() };
+            may_share_paths(&settings, &unshared)
+                && match settings.shared_paths {
+                    SharedPaths::Off => false,
+                    SharedPaths::Auto => {
+                        interreflection::share(scene, &accel, camera, &view) >= least_interreflection(&unshared)
+                    }
+                    SharedPaths::On => true,
+                }
         };
+        let mut choice = None;
+        let mut integrator = settings.integrator;
+        if integrator == Integrator::Auto {
+            let (chosen, why) = choose(&flow, no_caustics, || shares(Integrator::Mis));
+            (integrator, choice) = (chosen, Some(why));
+            caustics = caustics.filter(|_| chosen == Integrator::Caustics);
+            no_caustics = None;
+        }
         features.caustics = caustics.is_some();
-        // Without light sampling nothing is connected at all, which is told of the method.
-        let unreachable = match settings.integrator {
+        // Without light sampling nothing is connected at all, which is reported of the method.
+        let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
             _ => {
                 let eye = caustics.is_some().then(|| Eye::new(camera, &view));
-                unreachable::find(scene, &accel, &lights.area, scene.environment.is_some(), eye.as_ref())
+                unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
-        features.shared_paths = may_share_paths(settings, &features)
-            && match settings.shared_paths {
-                SharedPaths::Off => false,
-                SharedPaths::Auto => {
-                    interreflection::share(scene, &accel, camera, &view) >= least_interreflection(&features)
-                }
-                SharedPaths::On => true,
-            };
+        features.shared_paths = shares(integrator);
         let layout = AttributeLayout::of(scene, &features);
         let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
@@ -168,6 +204,8 @@ impl Prepared {
             accel,
             features,
             unreachable,
+            integrator,
+            choice,
             no_caustics,
             caustics,
             view,
@@ -272,10 +310,17 @@ impl Tables {
         features.nested = self.nested;
         features.volume |= self.nested;
         // Not so where nothing smooth can be seen, say, or the camera is inside glass.
-        let traced = settings.integrator == Integrator::Caustics && features.delta_lobes && features.light_sampling;
+        let traced = matches!(settings.integrator, Integrator::Caustics | Integrator::Auto)
+            && features.delta_lobes
+            && features.light_sampling;
         features.caustics = traced && refusal(settings, &features).is_none();
         // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
-        features.shared_paths = may_share_paths(settings, &features)
+        let integrator = match settings.integrator {
+            Integrator::Auto if features.caustics => Integrator::Caustics,
+            Integrator::Auto => Integrator::Mis,
+            other => other,
+        };
+        features.shared_paths = may_share_paths(&Settings { integrator, ..settings.clone() }, &features)
             && (settings.shared_paths == SharedPaths::On
                 || settings.shared_paths == SharedPaths::Auto && !features.ggx);
         let layout = AttributeLayout::of(scene, &features);
@@ -358,6 +403,46 @@ fn decide(
     };
     Slot::ALL.into_iter().filter(|&slot| texture(slot)).for_each(|slot| slot.enable(&mut features));
     features
+}
+
+/// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`] traces it from the lights.
+const MAX_MISSING: f64 = 1e-3;
+
+/// From this relative variance per sample on, tracing light from the lights pays for itself (docs/performance.md), and from the second
+/// where neighbours would share paths instead.
+const LEAST_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
+
+/// What [`Integrator::Auto`] stands for, and why. `shares`: whether neighbours would share paths without particles.
+fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce() -> bool) -> (Integrator, String) {
+    let percent = |share: f64| format!("{:.*} %", usize::from(share < 0.1), 100.0 * share);
+    let share = percent(flow.delta_share);
+    if refused == Some(NOTHING_SMOOTH) {
+        return (Integrator::Mis, NOTHING_SMOOTH.into());
+    }
+    if let Some(why) = refused {
+        let share = if flow.delta_share > 0.0 {
+            format!("{share} of the light on surfaces comes by mirrors or smooth glass, but ")
+        } else {
+            String::new()
+        };
+        return (Integrator::Mis, format!("{share}{why}"));
+    }
+    if flow.missing_share >= MAX_MISSING {
+        let missing = percent(flow.missing_share);
+        let why =
+            format!("{missing} of the light on surfaces comes by mirrors or smooth glass from lights without extent");
+        return (Integrator::Caustics, why);
+    }
+    let noise = flow.chance_noise;
+    if noise < LEAST_CHANCE_NOISE[0] || noise < LEAST_CHANCE_NOISE[1] && shares() {
+        let why =
+            format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is easily found by chance");
+        return (Integrator::Mis, why);
+    }
+    (
+        Integrator::Caustics,
+        format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is hardly found by chance"),
+    )
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.

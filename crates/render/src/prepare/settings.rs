@@ -14,6 +14,9 @@ pub enum Integrator {
     Mis,
     /// The same, but that light which comes to scattering surfaces by mirrors and smooth glass is traced from the lights.
     Caustics,
+    /// [`Self::Caustics`] where light comes to surfaces by mirrors and smooth glass in such a way that this pays, or would be missing
+    /// otherwise; else [`Self::Mis`]. Decided by the scene, before the first sample: see [`crate::Prepared::choice`].
+    Auto,
     /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse surfaces: biased.
     Whitted,
 }

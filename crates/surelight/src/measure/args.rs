@@ -113,7 +113,7 @@ impl MeasureArgs {
                 "the value 'caustics' of '--integrator' is for pictures: their pixels share light paths, and what is measured has an error bar of \
                  pixels that do not",
             ),
-            _ => self.method.conflict_without_trial(),
+            _ => self.method.conflict(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What is measured, as a camera whose every pixel is an estimate of it.
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_render::Settings;
+use surelight_render::{Integrator, Settings};
 use surelight_scene::{Camera, Projection, Scene};
 
 use super::args::MeasureArgs;
@@ -65,7 +65,11 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
     };
     settings.max_bounces = args.max_bounces.0;
     settings.seed = args.seed;
-    settings.integrator = args.method.integrator();
+    settings.integrator = match args.method.integrator() {
+        // Pixels that share particles have no error bars of their own.
+        Integrator::Auto => Integrator::Mis,
+        integrator => integrator,
+    };
     settings.sampler = args.method.sampler();
     Ok(Setup { camera, settings, factor, same, parts, notes })
 }

@@ -5,7 +5,6 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use surelight_film::{
     Difference, Film, Metadata, difference, read_part, read_part_header, remove_leftovers, write_exr,
 };
@@ -13,7 +12,6 @@ use surelight_render::{Counts, Standing};
 
 use crate::console;
 use crate::error::Error;
-use crate::method::{Directions, Integrator, MethodArgs};
 use crate::parse::{Format, OutputPath};
 
 use super::record::Record;
@@ -105,14 +103,6 @@ impl Checkpoint {
     }
 }
 
-/// With `--integrator auto`, the method that the earlier run chose: another trial might choose otherwise.
-pub(super) fn method(method: &MethodArgs, earlier: &Metadata) -> Option<MethodArgs> {
-    let set = |name: &str| earlier.settings.get(name).and_then(|value| value.as_str());
-    let integrator = Integrator::from_str(set("integrator")?, false).ok().filter(|_| method.is_auto())?;
-    let directions = set("directions").and_then(|word| Directions::from_str(word, false).ok());
-    Some(MethodArgs { integrator, directions, ..method.clone() })
-}
-
 /// Whether another portion of the same render was asked for.
 fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
     let crop = |m: &Metadata| m.crop.map_or("not set".to_owned(), |[a, b, c, d]| format!("{a},{b},{c},{d}"));
@@ -130,7 +120,6 @@ fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::method::Sampler;
 
     #[test]
     fn it_lies_beside_the_first_output() {
@@ -142,18 +131,5 @@ mod tests {
             let output = OutputPath { path: output.into(), format: Format::Exr };
             assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
         }
-    }
-
-    #[test]
-    fn an_automatic_choice_is_kept() {
-        let asked = |integrator| MethodArgs { integrator, directions: None, sampler: Sampler::Sobol };
-        let mut earlier = Metadata::default();
-        assert!(method(&asked(Integrator::Auto), &earlier).is_none());
-        for (name, word) in [("integrator", "hemisphere"), ("directions", "cosine")] {
-            earlier.settings.insert(name.into(), word.into());
-        }
-        let chosen = method(&asked(Integrator::Auto), &earlier).unwrap();
-        assert_eq!((chosen.integrator, chosen.directions), (Integrator::Hemisphere, Some(Directions::Cosine)));
-        assert!(method(&asked(Integrator::Mis), &earlier).is_none());
     }
 }

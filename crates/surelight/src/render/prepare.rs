@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use surelight_render::{AdapterChoice, Ahead, Blueprint, Device, Prepared, Settings};
+use surelight_render::{AdapterChoice, Ahead, Blueprint, Device, Integrator, Prepared, Settings};
 use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
@@ -61,10 +61,17 @@ impl Loaded {
             ));
         }
         for light in &prepared.unreachable {
-            if light.is_bias() {
-                self.missing.push(light.to_string());
+            // Where the scene decides, or light is traced already, there is nothing else to try.
+            let remedy = if prepared.choice.is_none() && prepared.integrator != Integrator::Caustics {
+                " (--integrator auto finds it)"
             } else {
-                self.warnings.push(light.to_string());
+                ""
+            };
+            let text = format!("{light}{remedy}");
+            if light.is_bias() {
+                self.missing.push(text);
+            } else {
+                self.warnings.push(text);
             }
         }
         Ok((prepared, ahead?))
