@@ -144,6 +144,9 @@ pub fn with_everything(mut scene: Scene) -> Scene {
     let card = Shape::parallelogram(at + DVec3::Y * 5e-3 * size, DVec3::X * 1e-4 * size, DVec3::Z * 1e-4 * size);
     scene.meshes.push(card.bare().into_mesh("unlit", general + 1, false));
     scene.instances.push(Instance { mesh: scene.meshes.len() - 1, to_world: DAffine3::IDENTITY });
+    let pane = Material { metallic: 0.0, roughness: 0.0, transmission: 1.0, ..Material::default() };
+    let sheet = Shape::parallelogram(at + DVec3::Y * 8e-3 * size, DVec3::X * 1e-4 * size, DVec3::Z * 1e-4 * size);
+    add(&mut scene, sheet, pane);
     let light = |kind| Light { name: String::new(), kind, intensity: [1e-12; 3] };
     scene.lights.extend([
         light(LightKind::Point { position: at }),

@@ -6,3 +6,4 @@ mod energy;
 mod extensions;
 mod formula;
 mod glass;
+mod volumes;

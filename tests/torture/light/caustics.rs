@@ -214,6 +214,16 @@ fn table(shape: Shape, smooth: bool, material: Material) -> Scene {
     scene
 }
 
+/// A ball of glass on the table.
+pub(super) fn table_of_glass() -> Scene {
+    table(ball(), true, glass(clear()))
+}
+
+/// Holds a scene like those of [`as_by_chance`] against chance.
+pub(super) fn assert_as_by_chance(name: &str, scene: &Scene) {
+    assert_equal(name, scene, |_| {}, [256, 512], 0.03, 1);
+}
+
 fn ball() -> Shape {
     Shape::icosphere(2).placed(0.3, DVec3::Y * 0.45)
 }

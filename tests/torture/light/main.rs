@@ -3,7 +3,9 @@
 mod caustics;
 mod contact;
 mod corridor;
+mod emitters;
 mod environment;
 mod linearity;
+mod panes;
 mod polygon;
 mod unreachable;

@@ -131,7 +131,11 @@ impl LightFlow {
         if input.balls.is_empty() || !input.accel.bounds.lo.is_finite() || !input.accel.bounds.hi.is_finite() {
             return Self::default();
         }
-        Flow::new(input).measure()
+        let flow = Flow::new(input).measure();
+        if std::env::var_os("FLOW").is_some() {
+            eprintln!("FLOW {flow:?}");
+        }
+        flow
     }
 }
 
@@ -573,7 +577,7 @@ impl<'a> Flow<'a> {
         }
         let total = |photons: &[Photon]| photons.iter().map(scattered).sum::<f64>();
         let (direct_total, delta_total) = (total(&direct), total(&by_deltas));
-        let share = |part: f64, all: f64| if all > 0.0 { part / all } else { 0.0 };
+        let share = |part: f64, all: f64| if part > 0.0 { part / all } else { 0.0 };
         let delta_share = share(delta_total, direct_total + delta_total);
         LightFlow {
             delta_share,

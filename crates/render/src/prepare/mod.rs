@@ -309,10 +309,13 @@ impl Tables {
         features.instances = surelight_accel::expects_instances(scene, &settings.build);
         features.nested = self.nested;
         features.volume |= self.nested;
-        // Not so where nothing smooth can be seen, say, or the camera is inside glass.
-        let traced = matches!(settings.integrator, Integrator::Caustics | Integrator::Auto)
-            && features.delta_lobes
-            && features.light_sampling;
+        // Not so where nothing smooth can be seen, say, or the camera is inside glass. Panes alone seldom reflect light onto surfaces.
+        let bends = |m: &&PreparedMaterial| may_be_smooth(m) && !is_smooth_pane(m);
+        let traced = match settings.integrator {
+            Integrator::Caustics => features.delta_lobes,
+            Integrator::Auto => used_materials.iter().any(bends),
+            _ => false,
+        } && features.light_sampling;
         features.caustics = traced && refusal(settings, &features).is_none();
         // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
         let integrator = match settings.integrator {
@@ -408,6 +411,9 @@ fn decide(
 /// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`] traces it from the lights.
 const MAX_MISSING: f64 = 1e-3;
 
+/// Shares below this are none.
+const LEAST_DELTA_SHARE: f64 = 1e-4;
+
 /// From this relative variance per sample on, tracing light from the lights pays for itself (docs/performance.md), and from the second
 /// where neighbours would share paths instead.
 const LEAST_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
@@ -434,6 +440,9 @@ fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce()
         return (Integrator::Caustics, why);
     }
     let noise = flow.chance_noise;
+    if flow.delta_share < LEAST_DELTA_SHARE {
+        return (Integrator::Mis, "hardly any light comes to surfaces by mirrors or smooth glass".into());
+    }
     if noise < LEAST_CHANCE_NOISE[0] || noise < LEAST_CHANCE_NOISE[1] && shares() {
         let why =
             format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is easily found by chance");

@@ -21,6 +21,7 @@ pub mod spheres;
 pub mod textured;
 pub mod torture;
 pub mod veach_mis;
+pub mod window;
 
 use glam::DVec3;
 
@@ -76,6 +77,13 @@ pub const GALLERY: &[Entry] = &[
                 incidence; a slab with one-way absorption τ transmits (1 − r)²τ/(1 − r²τ²). The picture has no closed \
                 form.",
         build: glass::glass,
+    },
+    Entry {
+        name: "window",
+        shows: "A sunlit room behind a window pane.",
+        known: "Direct sunlight in the room is that of the open window times the pane's transmittance, 1 − F by Fresnel's \
+                formula at the sun's angle; at normal incidence 0.96.",
+        build: window::window,
     },
     Entry {
         name: "textured",
