@@ -3,7 +3,7 @@
 use std::{error::Error, path::Path};
 
 use surelight_film::{Display, Film, Metadata, write_exr, write_png};
-use surelight_render::{AdapterChoice, Device, Goal, Prepared, Renderer, Settings, render};
+use surelight_render::{AdapterChoice, Device, Goal, Integrator, Prepared, Renderer, Settings, render};
 use surelight_scene::{Environment, LoadOptions};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.environment = Some(Environment::Uniform([1.0; 3]));
     }
     let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
-    let settings = Settings::new(256, 256);
+    let settings = Settings { integrator: Integrator::Auto, ..Settings::new(256, 256) };
     let prepared = Prepared::new(&scene, &camera, &settings)?;
 
     let device = Device::new(&AdapterChoice::Best)?;

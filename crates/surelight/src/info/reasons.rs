@@ -42,6 +42,8 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
         "iridescence" => materials(|m| m.iridescence.factor > 0.0),
         "sheen" => materials(|m| m.sheen.color.iter().any(|&c| c > 0.0)),
         "clearcoat" => materials(|m| m.clearcoat.factor > 0.0),
+        "volume_alpha" => materials(|m| m.volume.is_some() && m.alpha_mode != AlphaMode::Opaque),
+        "panes" => materials(|m| m.transmission > 0.0 && m.volume.is_none()),
         "volume" => materials(|m| m.volume.is_some()),
         "nested" => materials(|m| m.volume.is_some() && (m.transmission > 0.0 || m.diffuse_transmission.factor > 0.0)),
         "unlit" => materials(|m| m.unlit),

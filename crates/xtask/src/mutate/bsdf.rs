@@ -68,4 +68,13 @@ pub(super) const ROWS: &[Mutation] = &[
         binary: BINARY,
         test: "alpha::alpha_64",
     },
+    Mutation {
+        case: 33,
+        mistake: "a volume with alpha that decides anew where a path leaves it",
+        file: "shaders/scene/coverage.wesl",
+        from: "return select(entered, kept && !entered, front);",
+        to: "return kept;",
+        binary: BINARY,
+        test: "volumes::alpha_volumes_in_a_furnace",
+    },
 ];
