@@ -2,6 +2,7 @@
 //!
 //! A metric cannot tell noise from bias; [`Verdict`] can. FLIP is for people: it hides bias.
 
+mod evidence;
 mod flip;
 mod heat;
 mod metrics;
@@ -10,7 +11,7 @@ mod verdict;
 pub use flip::{flip, mean_flip};
 pub use heat::{heat_color, heat_map};
 pub use metrics::Metrics;
-pub use verdict::{Tile, Verdict};
+pub use verdict::{Outcome, Tile, Verdict};
 
 use crate::{Display, ExrImage, SHARED_PATHS};
 
@@ -53,6 +54,9 @@ pub struct Picture<'a> {
     pub rgb: [&'a [f32]; 3],
     /// Variance of the mean (radiance squared); infinite where unknown.
     pub variance: Option<[&'a [f32]; 3]>,
+    /// Share of a pixel's squared deviations that its largest sample makes, 0 to 1
+    /// ([`crate::Certificate`]); `None` where it is not known.
+    pub tail: Option<&'a [f32]>,
     /// Degrees of freedom of the variances; infinite where they are well known.
     pub dof: f64,
     /// Where the pixels of each 2×2 square share paths, so that their errors depend on one another: the place of the first pixel in its
@@ -77,12 +81,13 @@ impl<'a> Picture<'a> {
                 return Err(CompareError::Size { a: [width, height], b: [file.width, file.height] });
             }
             let variance = file.rgb("").ok_or(CompareError::NoPicture("the variance"))?;
-            return Ok(Self { width, height, rgb, variance: Some(variance), dof: f64::INFINITY, squares });
+            return Ok(Self { width, height, rgb, variance: Some(variance), tail: None, dof: f64::INFINITY, squares });
         }
         let batches = metadata.map_or(0, |metadata| metadata.batches);
         // Another program's layer of that name may hold anything, such as the variance of one sample.
         let variance = image.rgb("Variance").filter(|_| batches >= 2);
-        Ok(Self { width, height, rgb, variance, dof: f64::from(batches) - 1.0, squares })
+        let tail = variance.and_then(|_| image.channels.get("Tail.K")).map(Vec::as_slice);
+        Ok(Self { width, height, rgb, variance, tail, dof: f64::from(batches) - 1.0, squares })
     }
 
     fn pixel(&self, i: usize) -> [f64; 3] {
@@ -91,6 +96,22 @@ impl<'a> Picture<'a> {
 
     fn pixel_variance(&self, i: usize) -> Option<[f64; 3]> {
         self.variance.map(|planes| planes.map(|plane| f64::from(plane[i])))
+    }
+
+    /// By how much one sample may change the sum of some pixels, which share paths if any do.
+    ///
+    /// With squared deviations D of a pixel's n samples, the largest of them is √(tail · D) from
+    /// the mean, and changes it by √(tail · D)/n: by √tail standard errors of the mean.
+    fn jump_of_sum(&self, channel: usize, pixels: &[usize]) -> f64 {
+        let (Some(tail), Some(variance)) = (self.tail, self.variance) else {
+            return 0.0;
+        };
+        let jumps = pixels.iter().map(|&i| {
+            // A share that is none may be any.
+            let tail = if (0.0..=1.0).contains(&tail[i]) { tail[i] } else { 1.0 };
+            (f64::from(tail) * f64::from(variance[channel][i])).sqrt()
+        });
+        if self.squares.is_some() { jumps.sum() } else { jumps.fold(0.0, f64::max) }
     }
 }
 
@@ -180,13 +201,14 @@ pub(crate) mod testing {
         pub(crate) width: usize,
         pub(crate) rgb: [Vec<f32>; 3],
         pub(crate) variance: Option<[Vec<f32>; 3]>,
+        pub(crate) tail: Option<Vec<f32>>,
         pub(crate) squares: Option<[usize; 2]>,
     }
 
     impl Planes {
         pub(crate) fn new(width: usize, height: usize, value: impl Fn(usize, usize) -> [f32; 3]) -> Self {
             let plane = |c: usize| (0..width * height).map(|i| value(i % width, i / width)[c]).collect();
-            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None, squares: None }
+            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None, tail: None, squares: None }
         }
 
         pub(crate) fn picture(&self) -> Picture<'_> {
@@ -195,6 +217,7 @@ pub(crate) mod testing {
                 height: self.rgb[0].len() / self.width,
                 rgb: self.rgb.each_ref().map(Vec::as_slice),
                 variance: self.variance.as_ref().map(|planes| planes.each_ref().map(Vec::as_slice)),
+                tail: self.tail.as_deref(),
                 dof: 15.0,
                 squares: self.squares,
             }
@@ -261,9 +284,9 @@ mod tests {
         let (a, b, brighter) = (image("a.exr", 1, 1.0), image("b.exr", 2, 1.0), image("c.exr", 3, 1.02));
         let options = CompareOptions::default();
         let same = compare_exr(&a, &b, &options).unwrap();
-        assert!(!same.verdict.unwrap().differ && same.skipped == 0);
+        assert!(!same.verdict.unwrap().differs() && same.skipped == 0);
         let other = compare_exr(&a, &brighter, &options).unwrap();
-        assert!(other.verdict.unwrap().differ);
+        assert!(other.verdict.unwrap().differs());
         assert!((other.metrics.mean_relative + 0.0196).abs() < 4.0 * other.metrics.mean_relative_error);
     }
 
