@@ -14,8 +14,9 @@
 //! It is the empirical form of Bennett's inequality (Maurer, Pontil, "Empirical Bernstein Bounds
 //! and Sample Variance Penalization", COLT 2009) with the constants of a test instead of a bound.
 //!
-//! Jumps are taken from both pictures and the rule is the same whichever is darker: a picture
-//! that has not met its bright samples is judged by those of the other, and no pixel is left out.
+//! Jumps are the largest of both pictures, anywhere in them, and the rule is the same whichever is
+//! darker: a picture or tile that has not met its bright samples is judged by those that came
+//! elsewhere, and no pixel is left out.
 
 use surelight_estimate::{
     Estimate, WelchTest, normal_quantile, satterthwaite, student_t_quantile, student_t_survival, welch_test,
@@ -125,4 +126,75 @@ fn threshold(quantile: f64, variance: f64, jump: f64) -> f64 {
         range[usize::from(reached)] = middle;
     }
     (range[1] * met + 0.5) * jump
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evidence(difference: f64, variance: f64, jump: f64) -> Evidence {
+        let estimate = |mean| Estimate { mean, variance: 0.5 * variance, dof: f64::INFINITY };
+        Evidence { means: [estimate(1.0 + difference), estimate(1.0)], jump }
+    }
+
+    #[test]
+    fn small_jumps_leave_welchs_test() {
+        let welch = evidence(0.4, 0.01, 0.0);
+        assert!((welch.test().p - 6.334e-5).abs() < 1e-8, "4 standard errors: {}", welch.test().p);
+        for (jump, factor) in [(1e-7, 1e-12), (1e-4, 0.02), (1e-3, 0.2)] {
+            let p = evidence(0.4, 0.01, jump).test().p;
+            assert!((p / welch.test().p - 1.0).abs() < factor, "{jump}: {p}");
+        }
+    }
+
+    /// Of λ events none comes with probability e^(−λ), which no variance tells.
+    #[test]
+    fn what_has_met_no_event_may_have_missed_some() {
+        for events in [2.0, 5.0, 10.0, 20.0] {
+            let missed = (-events as f64).exp();
+            let p = evidence(0.01 * events, 1e-12, 0.01).test().p;
+            assert!((0.5..4.0).contains(&(p / missed)), "{events}: {p} for {missed}");
+        }
+        assert_eq!(evidence(0.004, 1e-12, 0.01).test().p, 1.0, "less than half an event");
+    }
+
+    /// Poisson counts against a known mean: tests at level 0.01 find at most 1 % of them too low.
+    #[test]
+    fn counts_that_are_too_low_are_as_rare_as_the_level() {
+        for lambda in [1.0, 3.0, 10.0, 30.0, 100.0f64] {
+            let (mut chance, mut low) = ((-lambda).exp(), 0.0);
+            for count in 0..lambda as u32 {
+                let met = f64::from(count);
+                let estimate = |mean, variance| Estimate { mean, variance, dof: f64::INFINITY };
+                let means = [estimate(met, met), estimate(lambda, 0.0)];
+                if (Evidence { means, jump: 1.0 }).test().p < 0.01 {
+                    low += chance;
+                }
+                chance *= lambda / (met + 1.0);
+            }
+            assert!(low < 0.01, "{lambda}: {low}");
+        }
+    }
+
+    #[test]
+    fn thresholds_are_where_the_test_turns() {
+        for (variance, jump) in [(0.01, 1e-3), (0.01, 0.1), (1e-8, 0.1), (0.0, 0.5)] {
+            let quantile = normal_quantile(1.0 - 0.5 * 1e-3);
+            let at = threshold(quantile, variance, jump);
+            assert!(evidence(at * 1.0001, variance, jump).test().p < 1e-3, "{variance}, {jump}");
+            assert!(evidence(at * 0.999, variance, jump).test().p > 1e-3, "{variance}, {jump}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_harmless() {
+        for (difference, variance, jump) in
+            [(0.0, 0.0, 1e-30), (1e30, 1e-30, 1e-12), (1.0, 1e-300, 1e-160), (1e-20, 1e30, 1e15)]
+        {
+            let evidence = evidence(difference, variance, jump);
+            let test = evidence.test();
+            assert!((0.0..=1.0).contains(&test.p), "{test:?}");
+            assert!(evidence.detectable_difference(1e-6) >= 0.0);
+        }
+    }
 }

@@ -195,6 +195,7 @@ pub fn compare_exr(a: &ExrImage, b: &ExrImage, options: &CompareOptions) -> Resu
 #[cfg(test)]
 pub(crate) mod testing {
     use super::Picture;
+    use crate::{BatchSum, Film};
 
     /// Planes of a picture made by a test.
     pub(crate) struct Planes {
@@ -255,6 +256,63 @@ pub(crate) mod testing {
         }
         planes.variance = Some(variance);
         planes
+    }
+
+    /// A film's picture, with its variances and tails.
+    fn planes_of(film: &Film, size: usize) -> Planes {
+        let value = |i: usize| film.mean(i).map(|x| x as f32);
+        let mut planes = Planes::new(size, size, |x, y| value(y * size + x));
+        let variance = |c: usize| (0..size * size).map(|i| film.variance_of_mean(i).unwrap()[c] as f32).collect();
+        planes.variance = Some(std::array::from_fn(variance));
+        planes.tail = Some(film.certify().tail);
+        planes
+    }
+
+    /// How bright the events of [`rare`] are.
+    #[derive(Clone, Copy)]
+    pub(crate) enum Events {
+        /// One like the other.
+        Equal,
+        /// By Pareto's law of this index: below 2 they have no variance.
+        Pareto(f64),
+    }
+
+    /// A render of a grey picture of radiance 1 with 256 samples a pixel, of which `share` comes by
+    /// rare, bright samples: so many in a tile of 256 pixels on average.
+    pub(crate) fn rare(size: usize, seed: u64, share: f64, a_tile: f64, events: Events) -> Planes {
+        const SAMPLES: f64 = 16.0;
+        let mut normal = normals(seed);
+        let mut uniforms = normals(seed + (1 << 32));
+        // Of a normal number, the share below it is uniform.
+        let mut uniform = move || surelight_estimate::normal_survival(uniforms());
+        let each = share * 256.0 * 256.0 / a_tile;
+        let per_batch = a_tile * SAMPLES / 256.0 / 256.0;
+        let even = 1.0 - share;
+        let lanes: Vec<u32> = (0..(size * size) as u32).collect();
+        let mut film = Film::new(size as u32, size as u32);
+        for _ in 0..16 {
+            let batch = |_: &u32| {
+                let mut sum = even * (SAMPLES + 0.1 * SAMPLES.sqrt() * normal());
+                let mut squares = 1.01 * SAMPLES * even * even;
+                let mut largest = 1.2 * even;
+                let mut left = uniform();
+                // Poisson: events while a product of uniform numbers stays above e^(−mean).
+                while a_tile > 0.0 && left > (-per_batch).exp() {
+                    let event = match events {
+                        Events::Equal => each,
+                        Events::Pareto(index) => each * (index - 1.0) / index * uniform().powf(-1.0 / index),
+                    };
+                    sum += event;
+                    squares += (even + event).powi(2);
+                    largest = largest.max(even + event);
+                    left *= uniform();
+                }
+                BatchSum::new([sum as f32; 3], largest as f32, squares as f32)
+            };
+            let sums: Vec<BatchSum> = lanes.iter().map(batch).collect();
+            film.add_batch(SAMPLES as u32, &lanes, &sums).unwrap();
+        }
+        planes_of(&film, size)
     }
 }
 

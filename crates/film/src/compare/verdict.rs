@@ -151,6 +151,17 @@ impl Pool {
         self.pixels += pixels;
     }
 
+    /// By how much a sample yet to come may change a sum: as the largest so far, or up to twice
+    /// that where that one makes a quarter of the variance, so that larger ones are likely.
+    ///
+    /// Of Pareto samples with index 1.5 the largest so far alone raises false alarms one time in
+    /// fifty; where all samples are small, this changes nothing.
+    fn next_jump(&self) -> f64 {
+        let variance = self.variance[0] + self.variance[1];
+        let square = self.jump * self.jump;
+        if square > 0.0 { self.jump * (1.0 + (4.0 * square / variance).min(1.0)) } else { 0.0 }
+    }
+
     /// What the pool says where one sample may change its sum by `jump`.
     fn evidence(&self, dof: [f64; 2], jump: f64) -> Evidence {
         let n = self.pixels as f64;
@@ -161,21 +172,6 @@ impl Pool {
         });
         Evidence { means, jump: jump / n }
     }
-}
-
-/// The largest jumps of a tile and of those beside it, in each channel: a picture that has met no
-/// bright sample in the tile itself may yet have met one next to it.
-fn jumps_about(pools: &[[Pool; 3]], [columns, rows]: [usize; 2], tile: usize) -> [f64; 3] {
-    let (x, y) = (tile % columns, tile / columns);
-    let mut jumps = [0.0; 3];
-    for v in y.saturating_sub(1)..(y + 2).min(rows) {
-        for u in x.saturating_sub(1)..(x + 2).min(columns) {
-            for (jump, pool) in jumps.iter_mut().zip(&pools[v * columns + u]) {
-                *jump = f64::max(*jump, pool.jump);
-            }
-        }
-    }
-    jumps
 }
 
 /// The usable pixels in groups that are independent of one another: each by itself, or 2×2 squares where either picture shares paths.
@@ -202,12 +198,12 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let variances = [a.variance?, b.variance?];
     let pictures = [a, b];
     let side = options.tile.max(1);
-    let grid = [a.width.div_ceil(side), a.height.div_ceil(side)];
+    let columns = a.width.div_ceil(side);
     let mut pools: Vec<[Pool; 3]> = Vec::new();
-    pools.resize_with(grid[0] * grid[1], Default::default);
+    pools.resize_with(columns * a.height.div_ceil(side), Default::default);
     let mut whole: [Pool; 3] = Default::default();
     for group in groups(a, b, usable) {
-        let tile = group[0] / a.width / side * grid[0] + group[0] % a.width / side;
+        let tile = group[0] / a.width / side * columns + group[0] % a.width / side;
         for channel in 0..3 {
             let mean = pictures.map(|picture| group.iter().map(|&i| f64::from(picture.rgb[channel][i])).sum());
             let variance = std::array::from_fn(|side| {
@@ -227,7 +223,10 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let (pooled_level, tile_level) = (sidak_level(half, 3), sidak_level(half, 3 * tiles));
     let dof = [a.dof, b.dof];
 
-    let evidence = whole.each_ref().map(|pool| pool.evidence(dof, pool.jump));
+    // Those of the whole picture for each tile, too: where bright samples come less than once a
+    // tile, most tiles have met none, nor have those beside them.
+    let jumps = whole.each_ref().map(Pool::next_jump);
+    let evidence: [Evidence; 3] = std::array::from_fn(|c| whole[c].evidence(dof, jumps[c]));
     let pooled = evidence.map(|evidence| evidence.test());
     let pooled_differs = pooled.iter().any(|test| test.p < pooled_level);
     let mut judged = Judged::default();
@@ -236,7 +235,6 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let mut different = Vec::new();
     let mut in_tiles = Vec::new();
     for (index, pool) in pools.iter().enumerate().filter(|(_, pool)| pool[0].pixels > 0) {
-        let jumps = jumps_about(&pools, grid, index);
         let evidence: [Evidence; 3] = std::array::from_fn(|c| pool[c].evidence(dof, jumps[c]));
         judged.add(&evidence, tile_level);
         in_tiles.extend(evidence.iter().filter_map(|evidence| evidence.detectable(tile_level)));
@@ -245,7 +243,7 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
         let found = &tests[channel];
         if found.p < tile_level {
             let relative = found.difference / evidence[channel].means[1].mean.abs();
-            let [x, y] = [index % grid[0] * side, index / grid[0] * side];
+            let [x, y] = [index % columns * side, index / columns * side];
             different.push(Tile { x, y, channel, relative, p: found.p });
         }
     }
@@ -277,7 +275,7 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
 
 #[cfg(test)]
 mod tests {
-    use super::super::testing::{Planes, render};
+    use super::super::testing::{Events, Planes, rare, render};
     use super::*;
 
     fn verdict(a: &Planes, b: &Planes) -> Verdict {
@@ -372,5 +370,108 @@ mod tests {
         let far = verdict(&one, &flat(1.0 + 6.0 * f32::EPSILON));
         assert!(far.pooled_differs && far.different.len() == 4);
         assert_eq!(verdict(&one, &one).detectable, 0.0);
+    }
+
+    /// False alarms of 200 pairs of an even render and one by rare events, with tails and without.
+    fn alarms(size: usize, a_tile: f64, events: Events) -> [usize; 2] {
+        let mut found = [0; 2];
+        for seed in 0..200 {
+            let a = rare(size, 2 * seed, 0.0, 0.0, events);
+            let mut b = rare(size, 2 * seed + 1, 0.5, a_tile, events);
+            found[0] += usize::from(verdict(&a, &b).differs());
+            b.tail = None;
+            found[1] += usize::from(verdict(&a, &b).differs());
+        }
+        found
+    }
+
+    /// 200 pairs at α = 0.01 for each kind: 2 expected, and more than 8 one time in 4,000.
+    #[test]
+    fn rare_bright_samples_raise_no_false_alarms() {
+        for (a_tile, events) in [
+            (3.0, Events::Equal),
+            (10.0, Events::Equal),
+            (100.0, Events::Equal),
+            (3.0, Events::Pareto(1.5)),
+            (100.0, Events::Pareto(1.5)),
+            (10.0, Events::Pareto(2.0)),
+        ] {
+            let [with, without] = alarms(32, a_tile, events);
+            println!("{a_tile} events a tile: {with} alarms, {without} without tails");
+            assert!(with <= 8, "{a_tile}: {with} of 200");
+            let fails = a_tile < 100.0 || matches!(events, Events::Pareto(_));
+            assert!(!fails || without > 2, "{a_tile}: the test cannot fail: {without} without tails");
+        }
+    }
+
+    /// Where most tiles have met no event, and those beside them neither, others have.
+    #[test]
+    fn events_elsewhere_count_for_tiles_that_have_met_none() {
+        let found = |seed| {
+            let a = rare(96, 2 * seed, 0.0, 0.0, Events::Equal);
+            let mut b = rare(96, 2 * seed + 1, 0.5, 0.3, Events::Equal);
+            let with = verdict(&a, &b).differs();
+            b.tail = None;
+            (with, verdict(&a, &b).differs())
+        };
+        let found: Vec<_> = (0..20).map(found).collect();
+        assert_eq!(found.iter().filter(|found| found.0).count(), 0);
+        assert_eq!(found.iter().filter(|found| found.1).count(), 20, "the test cannot fail");
+    }
+
+    /// Power where tails are known and light: what they cost, and what is found.
+    #[test]
+    fn even_pictures_are_judged_as_sharply_as_without_tails() {
+        let render = |seed| rare(48, seed, 0.0, 0.0, Events::Equal);
+        let sharp = verdict(&render(1), &render(2));
+        let [mut a, mut b] = [render(1), render(2)];
+        (a.tail, b.tail) = (None, None);
+        let welch = verdict(&a, &b);
+        for (sharp, welch) in
+            [(sharp.detectable, welch.detectable), (sharp.detectable_in_tile, welch.detectable_in_tile)]
+        {
+            assert!(sharp < 1.05 * welch, "{sharp} instead of {welch}");
+        }
+    }
+
+    /// A black picture differs from one that is lit by few events, at 16 a tile and more.
+    #[test]
+    fn black_differs_from_what_rare_samples_light() {
+        let mut black = Planes::new(48, 48, |_, _| [0.0; 3]);
+        black.variance = Some([(); 3].map(|()| vec![0.0; 48 * 48]));
+        black.tail = Some(vec![0.0; 48 * 48]);
+        for seed in 0..20 {
+            let lit = rare(48, seed, 1.0, 16.0, Events::Equal);
+            assert_eq!(verdict(&black, &lit).outcome, Outcome::Differ, "{seed}");
+            assert_eq!(verdict(&lit, &black).outcome, Outcome::Differ, "{seed}");
+        }
+        assert_eq!(verdict(&black, &black).outcome, Outcome::Same);
+    }
+
+    /// A handful of events is no light to judge by.
+    #[test]
+    fn a_few_samples_tell_nothing() {
+        for seed in 0..20 {
+            let [a, b] = [2 * seed, 2 * seed + 1].map(|seed| rare(32, seed, 1.0, 1.0, Events::Equal));
+            assert_eq!(verdict(&a, &b).outcome, Outcome::CannotTell, "{seed}");
+        }
+    }
+
+    #[test]
+    fn plans_hold() {
+        let render = |seed, samples: f64| render(32, seed, 0.2 / samples.sqrt(), scene);
+        let now = verdict(&render(1, 1.0), &render(2, 1.0));
+        let times = now.times_samples(0.25 * now.detectable).unwrap();
+        assert!((times / 16.0 - 1.0).abs() < 0.01, "{times}");
+        let then = verdict(&render(3, times), &render(4, times));
+        assert!((then.detectable / now.detectable - 0.25).abs() < 0.02);
+        assert_eq!(
+            verdict(
+                &render(1, 1.0),
+                &Planes { variance: render(2, 1.0).variance, ..Planes::new(32, 32, |_, _| [0.0; 3]) }
+            )
+            .times_samples(0.1),
+            None
+        );
     }
 }
