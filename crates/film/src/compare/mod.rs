@@ -225,8 +225,8 @@ pub(crate) mod testing {
         }
     }
 
-    /// Standard normal numbers from a seed.
-    pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
+    /// Uniform numbers above 0 and below 1 from a seed.
+    fn uniforms(seed: u64) -> impl FnMut() -> f64 {
         // SplitMix64; seeds are mixed first, or neighbouring ones would share their sequence but for one number.
         let mix = |state: u64| {
             let z = (state ^ (state >> 30)).wrapping_mul(0xbf58476d1ce4e5b9);
@@ -234,10 +234,15 @@ pub(crate) mod testing {
             z ^ (z >> 31)
         };
         let mut state = mix(seed + 1);
-        let mut uniform = move || {
+        move || {
             state = state.wrapping_add(0x9e3779b97f4a7c15);
             ((mix(state) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
-        };
+        }
+    }
+
+    /// Standard normal numbers from a seed.
+    pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
+        let mut uniform = uniforms(seed);
         move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
     }
 
@@ -282,9 +287,7 @@ pub(crate) mod testing {
     pub(crate) fn rare(size: usize, seed: u64, share: f64, a_tile: f64, events: Events) -> Planes {
         const SAMPLES: f64 = 16.0;
         let mut normal = normals(seed);
-        let mut uniforms = normals(seed + (1 << 32));
-        // Of a normal number, the share below it is uniform.
-        let mut uniform = move || surelight_estimate::normal_survival(uniforms());
+        let mut uniform = uniforms(seed + (1 << 32));
         let each = share * 256.0 * 256.0 / a_tile;
         let per_batch = a_tile * SAMPLES / 256.0 / 256.0;
         let even = 1.0 - share;

@@ -407,7 +407,7 @@ mod tests {
     /// Where most tiles have met no event, and those beside them neither, others have.
     #[test]
     fn events_elsewhere_count_for_tiles_that_have_met_none() {
-        let found = |seed| {
+        let found = |seed: u64| {
             let a = rare(96, 2 * seed, 0.0, 0.0, Events::Equal);
             let mut b = rare(96, 2 * seed + 1, 0.5, 0.3, Events::Equal);
             let with = verdict(&a, &b).differs();
