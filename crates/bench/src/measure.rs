@@ -89,6 +89,7 @@ impl Reference {
             height: self.height,
             rgb: self.rgb.each_ref().map(Vec::as_slice),
             variance: self.variance.as_ref().map(|v| v.each_ref().map(Vec::as_slice)),
+            tail: None,
             dof: f64::INFINITY,
             squares: None,
         }

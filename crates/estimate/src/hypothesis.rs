@@ -27,7 +27,8 @@ pub fn satterthwaite(terms: &[(f64, f64)]) -> f64 {
     let sum: f64 = terms.iter().map(|&(variance, _)| variance).sum();
     // Normalised first: variances of dim pixels squared would underflow.
     let spread: f64 = terms.iter().filter(|term| term.0 > 0.0).map(|&(v, dof)| (v / sum).powi(2) / dof).sum();
-    1.0 / spread
+    // An empty sum is −0, whose reciprocal is not wanted.
+    if spread > 0.0 { 1.0 / spread } else { f64::INFINITY }
 }
 
 /// Result of [`welch_test`].
@@ -165,6 +166,7 @@ mod tests {
         assert!((welch_test(&measured, &one).dof - 15.0).abs() < 1e-12);
         // Dim pixels: the squares of these variances are not representable.
         assert!((satterthwaite(&[(1e-200, 15.0), (1e-200, 15.0)]) - 30.0).abs() < 1e-9);
+        assert_eq!(satterthwaite(&[(0.0, 15.0), (0.0, 15.0)]), f64::INFINITY);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::options::{DevicesArgs, InfoArgs, RenderArgs};
 #[command(
     name = "surelight",
     version,
-    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (image and checkpoint are written), 4 compare: they differ; bench --compare: something was lost.",
+    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (image and checkpoint are written), 4 compare: they differ; bench --compare: something was lost, 5 compare --strict: cannot tell.",
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     arg_required_else_help = true

@@ -5,7 +5,7 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use surelight_film::compare::{CompareError, CompareOptions, Picture, compare, heat_map};
+use surelight_film::compare::{CompareError, CompareOptions, Outcome, Picture, compare, heat_map};
 use surelight_film::{ExrImage, read_exr, write_rgb8_png};
 
 use crate::error::Error;
@@ -33,13 +33,32 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "VAR.exr")]
     reference_variance: Option<PathBuf>,
 
+    /// Tell how many samples it takes to see a bias of this size in the whole picture, 9 times in 10
+    #[arg(long, value_name = "E%", value_parser = value::relative_error)]
+    plan: Option<f64>,
+
+    /// Exit with code 5 where nothing can be told, instead of 0
+    #[arg(long)]
+    strict: bool,
+
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
 }
 
-/// Compares, prints, writes the map. Returns whether the images differ; without a verdict they do not.
-pub(crate) fn run(args: &CompareArgs) -> Result<bool, Error> {
+/// What a comparison ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Finding {
+    /// No difference was found.
+    Same,
+    /// More than noise tells the images apart.
+    Differ,
+    /// Nothing can be told, and `--strict` wants to know.
+    CannotTell,
+}
+
+/// Compares, prints, writes the map.
+pub(crate) fn run(args: &CompareArgs) -> Result<Finding, Error> {
     let mut inputs = vec![args.a.clone(), args.b.clone()];
     inputs.extend(args.reference_variance.clone());
     if let Some(map) = &args.map {
@@ -64,10 +83,16 @@ pub(crate) fn run(args: &CompareArgs) -> Result<bool, Error> {
         write_rgb8_png(&map.path, a.width as u32, a.height as u32, &pixels)?;
     }
 
-    let differ = comparison.verdict.as_ref().is_some_and(|verdict| verdict.differ);
-    let report = Report::new([&args.a, &args.b], [&a, &b], [&picture_a, &picture_b], comparison, options.tile);
+    let finding = match comparison.verdict.as_ref().map(|verdict| verdict.outcome) {
+        Some(Outcome::Same) => Finding::Same,
+        Some(Outcome::Differ) => Finding::Differ,
+        Some(Outcome::CannotTell) | None if args.strict => Finding::CannotTell,
+        Some(Outcome::CannotTell) | None => Finding::Same,
+    };
+    let pictures = [&picture_a, &picture_b];
+    let report = Report::new([&args.a, &args.b], [&a, &b], pictures, comparison, options.tile, args.plan);
     console::result(&if args.json { report.json().map_err(|e| Error::Print(e.into()))? } else { report.to_string() })?;
-    Ok(differ)
+    Ok(finding)
 }
 
 /// The picture of a file with its variance, its own or that of another file.

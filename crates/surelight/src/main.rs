@@ -42,6 +42,8 @@ const ERROR: u8 = 1;
 const STOPPED_EARLY: u8 = 3;
 /// `compare` found a difference, or `bench --compare` a loss.
 const DIFFER: u8 = 4;
+/// `compare --strict` cannot tell whether the images differ.
+const CANNOT_TELL: u8 = 5;
 
 fn main() -> ExitCode {
     // Help and wrong usage end here, with the exit codes 0 and 2.
@@ -55,9 +57,11 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Measure(args) => measure::run(&args).map(met),
         Command::Integrate(args) => integrate::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Compare(args) => {
-            compare::run(&args).map(|differ| if differ { ExitCode::from(DIFFER) } else { ExitCode::SUCCESS })
-        }
+        Command::Compare(args) => compare::run(&args).map(|finding| match finding {
+            compare::Finding::Same => ExitCode::SUCCESS,
+            compare::Finding::Differ => ExitCode::from(DIFFER),
+            compare::Finding::CannotTell => ExitCode::from(CANNOT_TELL),
+        }),
         Command::Bench(args) => bench::run(&args),
         Command::Merge(args) => merge::run(&args).map(met),
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),

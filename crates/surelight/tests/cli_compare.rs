@@ -29,6 +29,16 @@ fn two_seeds_agree_and_whitted_does_not() {
     assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be seen");
     assert!(json["mean_relative"].as_f64().unwrap().abs() < detectable, "{json}");
     assert_eq!(json["notes"], Value::Array(vec![]));
+    assert_eq!((&verdict["outcome"], &json["plan"]), (&"same".into(), &Value::Null));
+
+    // A third of the bias takes about nine times the 256 samples.
+    let third = 100.0 * detectable / 3.0;
+    let planned = folder.run(&format!("compare a.exr b.exr --plan {third}% --json")).succeeded();
+    let plan = &serde_json::from_str::<Value>(&planned.stdout).unwrap()["plan"];
+    let samples = plan["samples"][0].as_f64().unwrap();
+    assert!((samples / 2304.0 - 1.0).abs() < 0.1 && plan["samples"][0] == plan["samples"][1], "{plan}");
+    let planned = folder.run("compare a.exr b.exr --plan 0.1%").succeeded();
+    assert!(planned.stdout.contains("plan ") && planned.stdout.contains("these samples"), "{planned:#?}");
 
     let other = folder.run("compare whitted.exr a.exr --map map.png");
     assert_eq!(other.code, Some(4), "{other:#?}");
@@ -91,4 +101,27 @@ fn images_of_other_renderers_get_metrics_and_with_a_variance_a_verdict() {
     assert!(folder.files().contains(&"map.png".to_owned()));
     let judged = folder.run("compare a.exr other.exr --reference-variance variance.exr");
     assert_eq!(judged.code, Some(4), "{judged:#?}");
+}
+
+#[test]
+fn what_noise_hides_is_not_called_the_same() {
+    let folder = Folder::new();
+    folder.run("{box} --size 16x16 --spp 64 -o a.exr --quiet").succeeded();
+    folder.run("{box} --size 16x16 --spp 64 --max-bounces 0 -o dark.exr --quiet").succeeded();
+    foreign(&folder, "other.exr", 0.5);
+    foreign(&folder, "noise.exr", 1e6);
+    let noisy = "compare a.exr other.exr --reference-variance noise.exr";
+    let told = folder.run(noisy).succeeded();
+    assert!(told.stdout.contains("cannot tell") && told.stdout.contains("Tail.K"), "{told:#?}");
+    let json: Value = serde_json::from_str(&folder.run(&format!("{noisy} --json")).succeeded().stdout).unwrap();
+    assert_eq!((&json["verdict"]["outcome"], &json["verdict"]["differ"]), (&"cannot tell".into(), &false.into()));
+    for (line, code) in [
+        (format!("{noisy} --strict"), 5),
+        ("compare a.exr other.exr --strict".into(), 5),
+        ("compare a.exr a.exr --strict".into(), 0),
+        ("compare dark.exr a.exr --strict".into(), 4),
+    ] {
+        let ended = folder.run(&line);
+        assert_eq!(ended.code, Some(code), "{line}: {ended:#?}");
+    }
 }

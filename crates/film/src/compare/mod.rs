@@ -2,6 +2,7 @@
 //!
 //! A metric cannot tell noise from bias; [`Verdict`] can. FLIP is for people: it hides bias.
 
+mod evidence;
 mod flip;
 mod heat;
 mod metrics;
@@ -10,7 +11,7 @@ mod verdict;
 pub use flip::{flip, mean_flip};
 pub use heat::{heat_color, heat_map};
 pub use metrics::Metrics;
-pub use verdict::{Tile, Verdict};
+pub use verdict::{Outcome, Tile, Verdict};
 
 use crate::{Display, ExrImage, SHARED_PATHS};
 
@@ -53,6 +54,9 @@ pub struct Picture<'a> {
     pub rgb: [&'a [f32]; 3],
     /// Variance of the mean (radiance squared); infinite where unknown.
     pub variance: Option<[&'a [f32]; 3]>,
+    /// Share of a pixel's squared deviations that its largest sample makes, 0 to 1
+    /// ([`crate::Certificate`]); `None` where it is not known.
+    pub tail: Option<&'a [f32]>,
     /// Degrees of freedom of the variances; infinite where they are well known.
     pub dof: f64,
     /// Where the pixels of each 2×2 square share paths, so that their errors depend on one another: the place of the first pixel in its
@@ -77,12 +81,13 @@ impl<'a> Picture<'a> {
                 return Err(CompareError::Size { a: [width, height], b: [file.width, file.height] });
             }
             let variance = file.rgb("").ok_or(CompareError::NoPicture("the variance"))?;
-            return Ok(Self { width, height, rgb, variance: Some(variance), dof: f64::INFINITY, squares });
+            return Ok(Self { width, height, rgb, variance: Some(variance), tail: None, dof: f64::INFINITY, squares });
         }
         let batches = metadata.map_or(0, |metadata| metadata.batches);
         // Another program's layer of that name may hold anything, such as the variance of one sample.
         let variance = image.rgb("Variance").filter(|_| batches >= 2);
-        Ok(Self { width, height, rgb, variance, dof: f64::from(batches) - 1.0, squares })
+        let tail = variance.and_then(|_| image.channels.get("Tail.K")).map(Vec::as_slice);
+        Ok(Self { width, height, rgb, variance, tail, dof: f64::from(batches) - 1.0, squares })
     }
 
     fn pixel(&self, i: usize) -> [f64; 3] {
@@ -91,6 +96,22 @@ impl<'a> Picture<'a> {
 
     fn pixel_variance(&self, i: usize) -> Option<[f64; 3]> {
         self.variance.map(|planes| planes.map(|plane| f64::from(plane[i])))
+    }
+
+    /// By how much one sample may change the sum of some pixels, which share paths if any do.
+    ///
+    /// With squared deviations D of a pixel's n samples, the largest of them is √(tail · D) from
+    /// the mean, and changes it by √(tail · D)/n: by √tail standard errors of the mean.
+    fn jump_of_sum(&self, channel: usize, pixels: &[usize]) -> f64 {
+        let (Some(tail), Some(variance)) = (self.tail, self.variance) else {
+            return 0.0;
+        };
+        let jumps = pixels.iter().map(|&i| {
+            // A share that is none may be any.
+            let tail = if (0.0..=1.0).contains(&tail[i]) { tail[i] } else { 1.0 };
+            (f64::from(tail) * f64::from(variance[channel][i])).sqrt()
+        });
+        if self.squares.is_some() { jumps.sum() } else { jumps.fold(0.0, f64::max) }
     }
 }
 
@@ -174,19 +195,21 @@ pub fn compare_exr(a: &ExrImage, b: &ExrImage, options: &CompareOptions) -> Resu
 #[cfg(test)]
 pub(crate) mod testing {
     use super::Picture;
+    use crate::{BatchSum, Film};
 
     /// Planes of a picture made by a test.
     pub(crate) struct Planes {
         pub(crate) width: usize,
         pub(crate) rgb: [Vec<f32>; 3],
         pub(crate) variance: Option<[Vec<f32>; 3]>,
+        pub(crate) tail: Option<Vec<f32>>,
         pub(crate) squares: Option<[usize; 2]>,
     }
 
     impl Planes {
         pub(crate) fn new(width: usize, height: usize, value: impl Fn(usize, usize) -> [f32; 3]) -> Self {
             let plane = |c: usize| (0..width * height).map(|i| value(i % width, i / width)[c]).collect();
-            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None, squares: None }
+            Self { width, rgb: [plane(0), plane(1), plane(2)], variance: None, tail: None, squares: None }
         }
 
         pub(crate) fn picture(&self) -> Picture<'_> {
@@ -195,14 +218,15 @@ pub(crate) mod testing {
                 height: self.rgb[0].len() / self.width,
                 rgb: self.rgb.each_ref().map(Vec::as_slice),
                 variance: self.variance.as_ref().map(|planes| planes.each_ref().map(Vec::as_slice)),
+                tail: self.tail.as_deref(),
                 dof: 15.0,
                 squares: self.squares,
             }
         }
     }
 
-    /// Standard normal numbers from a seed.
-    pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
+    /// Uniform numbers above 0 and below 1 from a seed.
+    fn uniforms(seed: u64) -> impl FnMut() -> f64 {
         // SplitMix64; seeds are mixed first, or neighbouring ones would share their sequence but for one number.
         let mix = |state: u64| {
             let z = (state ^ (state >> 30)).wrapping_mul(0xbf58476d1ce4e5b9);
@@ -210,10 +234,15 @@ pub(crate) mod testing {
             z ^ (z >> 31)
         };
         let mut state = mix(seed + 1);
-        let mut uniform = move || {
+        move || {
             state = state.wrapping_add(0x9e3779b97f4a7c15);
             ((mix(state) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
-        };
+        }
+    }
+
+    /// Standard normal numbers from a seed.
+    pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
+        let mut uniform = uniforms(seed);
         move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
     }
 
@@ -232,6 +261,61 @@ pub(crate) mod testing {
         }
         planes.variance = Some(variance);
         planes
+    }
+
+    /// A film's picture, with its variances and tails.
+    fn planes_of(film: &Film, size: usize) -> Planes {
+        let value = |i: usize| film.mean(i).map(|x| x as f32);
+        let mut planes = Planes::new(size, size, |x, y| value(y * size + x));
+        let variance = |c: usize| (0..size * size).map(|i| film.variance_of_mean(i).unwrap()[c] as f32).collect();
+        planes.variance = Some(std::array::from_fn(variance));
+        planes.tail = Some(film.certify().tail);
+        planes
+    }
+
+    /// How bright the events of [`rare`] are.
+    #[derive(Clone, Copy)]
+    pub(crate) enum Events {
+        /// One like the other.
+        Equal,
+        /// By Pareto's law of this index: below 2 they have no variance.
+        Pareto(f64),
+    }
+
+    /// A render of a grey picture of radiance 1 with 256 samples a pixel, of which `share` comes by
+    /// rare, bright samples: so many in a tile of 256 pixels on average.
+    pub(crate) fn rare(size: usize, seed: u64, share: f64, a_tile: f64, events: Events) -> Planes {
+        const SAMPLES: f64 = 16.0;
+        let mut normal = normals(seed);
+        let mut uniform = uniforms(seed + (1 << 32));
+        let each = share * 256.0 * 256.0 / a_tile;
+        let per_batch = a_tile * SAMPLES / 256.0 / 256.0;
+        let even = 1.0 - share;
+        let lanes: Vec<u32> = (0..(size * size) as u32).collect();
+        let mut film = Film::new(size as u32, size as u32);
+        for _ in 0..16 {
+            let batch = |_: &u32| {
+                let mut sum = even * (SAMPLES + 0.1 * SAMPLES.sqrt() * normal());
+                let mut squares = 1.01 * SAMPLES * even * even;
+                let mut largest = 1.2 * even;
+                let mut left = uniform();
+                // Poisson: events while a product of uniform numbers stays above e^(−mean).
+                while a_tile > 0.0 && left > (-per_batch).exp() {
+                    let event = match events {
+                        Events::Equal => each,
+                        Events::Pareto(index) => each * (index - 1.0) / index * uniform().powf(-1.0 / index),
+                    };
+                    sum += event;
+                    squares += (even + event).powi(2);
+                    largest = largest.max(even + event);
+                    left *= uniform();
+                }
+                BatchSum::new([sum as f32; 3], largest as f32, squares as f32)
+            };
+            let sums: Vec<BatchSum> = lanes.iter().map(batch).collect();
+            film.add_batch(SAMPLES as u32, &lanes, &sums).unwrap();
+        }
+        planes_of(&film, size)
     }
 }
 
@@ -261,9 +345,9 @@ mod tests {
         let (a, b, brighter) = (image("a.exr", 1, 1.0), image("b.exr", 2, 1.0), image("c.exr", 3, 1.02));
         let options = CompareOptions::default();
         let same = compare_exr(&a, &b, &options).unwrap();
-        assert!(!same.verdict.unwrap().differ && same.skipped == 0);
+        assert!(!same.verdict.unwrap().differs() && same.skipped == 0);
         let other = compare_exr(&a, &brighter, &options).unwrap();
-        assert!(other.verdict.unwrap().differ);
+        assert!(other.verdict.unwrap().differs());
         assert!((other.metrics.mean_relative + 0.0196).abs() < 4.0 * other.metrics.mean_relative_error);
     }
 

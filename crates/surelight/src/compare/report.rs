@@ -4,11 +4,12 @@ use std::fmt::{self, Display};
 use std::path::Path;
 
 use serde::Serialize;
-use surelight_film::compare::{Comparison, Picture, Verdict};
+use surelight_film::compare::{Comparison, Outcome, Picture, Verdict};
 use surelight_film::{ExrImage, Metadata};
 
 use crate::progress::Significant;
 
+const CANNOT_TELL: &str = "cannot tell";
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
 /// A comparison; its fields are the keys of `--json`.
@@ -34,6 +35,8 @@ pub(super) struct Report {
     flip: f64,
     /// `null` where an image does not know its errors.
     verdict: Option<Judgement>,
+    /// `null` without `--plan`, without a verdict, and where no number of samples is enough.
+    plan: Option<Plan>,
     /// What to know when reading the rest.
     notes: Vec<String>,
 }
@@ -41,6 +44,9 @@ pub(super) struct Report {
 /// The statistical verdict.
 #[derive(Debug, Serialize)]
 struct Judgement {
+    /// `same`, `differ` or `cannot tell`.
+    outcome: &'static str,
+    /// Whether it is the second.
     differ: bool,
     /// Probability of that for equal pictures.
     alpha: f64,
@@ -59,6 +65,17 @@ struct Judgement {
     detectable_in_tile: f64,
     /// Tiles that differ, smallest p first.
     different_tiles: Vec<Different>,
+}
+
+/// What it takes to see a bias.
+#[derive(Debug, Serialize)]
+struct Plan {
+    /// Of the whole picture, relative.
+    bias: f64,
+    /// How many times the samples that the images have; below 1 where fewer would do.
+    times: f64,
+    /// Samples a pixel of A and B; `null` where an image does not say how many it has.
+    samples: [Option<f64>; 2],
 }
 
 #[derive(Debug, Serialize)]
@@ -89,11 +106,19 @@ impl Report {
         pictures: [&Picture; 2],
         comparison: Comparison,
         tile: usize,
+        plan: Option<f64>,
     ) -> Self {
         let names = paths.map(|path| path.display().to_string());
         let metadata = images.map(ExrImage::surelight_metadata);
-        let known = pictures.map(|picture| picture.variance.is_some());
-        let notes = notes(&names, &metadata, known);
+        let mut notes = notes(&names, &metadata, pictures);
+        let verdict = comparison.verdict;
+        let plan = plan.and_then(|bias| {
+            let plan = verdict.as_ref().and_then(|verdict| Plan::new(bias, verdict, images));
+            if plan.is_none() {
+                notes.push("no number of samples can be planned for these images".into());
+            }
+            plan
+        });
         let [a, b] = names;
         let metrics = comparison.metrics;
         Self {
@@ -109,7 +134,8 @@ impl Report {
             rel_mse: metrics.rel_mse,
             smape: metrics.smape,
             flip: comparison.flip,
-            verdict: comparison.verdict.map(|verdict| Judgement::new(verdict, tile)),
+            verdict: verdict.map(|verdict| Judgement::new(verdict, tile)),
+            plan,
             notes,
         }
     }
@@ -121,11 +147,17 @@ impl Report {
 }
 
 /// What to know of two files before believing the rest.
-fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], known: [bool; 2]) -> Vec<String> {
+fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], pictures: [&Picture; 2]) -> Vec<String> {
     let mut notes = Vec::new();
-    for (name, known) in names.iter().zip(known) {
-        if !known {
+    let known = pictures.map(|picture| picture.variance.is_some());
+    for (name, picture) in names.iter().zip(pictures) {
+        if picture.variance.is_none() {
             notes.push(format!("{name} does not know its variance, so there is no verdict"));
+        } else if picture.tail.is_none() {
+            notes.push(format!(
+                "{name} does not know its tails (Tail.K): the verdict takes its variance to be right, \
+                 as it is not where light comes by rare, bright samples"
+            ));
         }
     }
     for (name, metadata) in names.iter().zip(metadata) {
@@ -150,6 +182,31 @@ fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], known: [bool; 2]
     notes
 }
 
+impl Plan {
+    fn new(bias: f64, verdict: &Verdict, images: [&ExrImage; 2]) -> Option<Self> {
+        let times = verdict.times_samples(bias)?;
+        let samples = images.map(|image| {
+            let samples = image.channels.get("Samples.N")?;
+            let total: f64 = samples.iter().map(|&n| f64::from(n)).sum();
+            Some((times * total / samples.len() as f64).ceil())
+        });
+        Some(Self { bias, times, samples })
+    }
+}
+
+impl Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "a bias of {} % of the picture takes {} times",
+            Significant(100.0 * self.bias),
+            Significant(self.times)
+        )?;
+        let [a, b] = self.samples.map(|n| n.map_or("an unknown number".into(), |n| format!("{n}")));
+        write!(f, " these samples: {a} a pixel in A and {b} in B")
+    }
+}
+
 impl Judgement {
     fn new(verdict: Verdict, tile: usize) -> Self {
         let pooled = verdict.pooled.iter().zip(CHANNELS).map(|(test, channel)| Pooled {
@@ -166,7 +223,12 @@ impl Judgement {
             p: tile.p,
         });
         Self {
-            differ: verdict.differ,
+            outcome: match verdict.outcome {
+                Outcome::Same => "same",
+                Outcome::Differ => "differ",
+                Outcome::CannotTell => CANNOT_TELL,
+            },
+            differ: verdict.differs(),
             alpha: verdict.alpha,
             pooled: pooled.collect(),
             pooled_level: verdict.pooled_level,
@@ -225,6 +287,8 @@ impl Display for Report {
         };
         if verdict.differ {
             writeln!(f, "verdict   they differ: {}", verdict.findings())?;
+        } else if verdict.outcome == CANNOT_TELL {
+            writeln!(f, "verdict   cannot tell: even a black picture might have passed")?;
         } else {
             writeln!(f, "verdict   the same, as far as their noise lets one see")?;
         }
@@ -239,7 +303,11 @@ impl Display for Report {
             f,
             "          Welch tests of the mean and of {} tiles, Šidák; equal pictures would differ with probability {}",
             verdict.tiles, verdict.alpha
-        )
+        )?;
+        match &self.plan {
+            Some(plan) => writeln!(f, "plan      {plan}"),
+            None => Ok(()),
+        }
     }
 }
 

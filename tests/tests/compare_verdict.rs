@@ -1,0 +1,158 @@
+//! `compare`'s verdict on renders of one scene by different methods: false alarms are as rare as
+//! promised where light comes by rare, bright samples, and biases are found all the same.
+
+use std::path::Path;
+
+use glam::DVec3;
+use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
+use surelight_film::{ExrImage, Metadata, read_exr, write_exr};
+use surelight_render::{Directions, Integrator, Settings};
+use surelight_scene::procedural::shapes::Shape;
+use surelight_scene::procedural::torture;
+use surelight_scene::{Environment, Material, Scene};
+use surelight_tests::render::{prepare, trace};
+use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
+
+/// Pixels a side: four tiles, of which three are cut.
+const SIDE: u32 = 24;
+const BATCHES: u32 = 16;
+/// Renders of each method and scene.
+const SEEDS: u32 = 50;
+
+const MIS: Integrator = Integrator::Mis;
+const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
+
+fn settings(integrator: Integrator, seed: u32) -> Settings {
+    Settings { integrator, seed, ..Settings::new(SIDE, SIDE) }
+}
+
+/// Renders with as many samples a batch, as files hold them.
+fn renders(folder: &Path, scene: &Scene, samples: u32, all: impl Iterator<Item = Settings>) -> Vec<ExrImage> {
+    let path = folder.join("render.exr");
+    let metadata = Metadata { batches: BATCHES, ..Metadata::default() };
+    all.map(|settings| {
+        let film = trace(&prepare(scene, &settings), [SIDE; 2], BATCHES, samples);
+        write_exr(&path, &film, &metadata).unwrap();
+        read_exr(&path).unwrap()
+    })
+    .collect()
+}
+
+fn verdict(a: &ExrImage, b: &ExrImage) -> Verdict {
+    let pictures = [a, b].map(|image| Picture::of(image, None).unwrap());
+    compare(&pictures[0], &pictures[1], &CompareOptions::default()).unwrap().verdict.unwrap()
+}
+
+/// Whether the test would differ if nothing were known of tails.
+fn welch_differs(a: &ExrImage, b: &ExrImage) -> bool {
+    let pictures = [a, b].map(|image| Picture { tail: None, ..Picture::of(image, None).unwrap() });
+    compare(&pictures[0], &pictures[1], &CompareOptions::default()).unwrap().verdict.unwrap().differs()
+}
+
+/// A floor with a ball on it.
+fn ball(name: &str, material: Material) -> Scene {
+    let mut scene = Scene { name: name.into(), ..Scene::default() };
+    let floor = Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0);
+    add(&mut scene, floor, lambert([0.7, 0.6, 0.5]));
+    add(&mut scene, Shape::icosphere(2).placed(0.5, DVec3::new(0.0, 0.51, 0.0)), material);
+    let eye = look_at(DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.4, 0.0), DVec3::Y);
+    scene.cameras.push(pinhole(eye, 40.0));
+    scene
+}
+
+/// A square lamp above, facing down.
+fn add_lamp(scene: &mut Scene, half: f64, radiance: f32) {
+    let lamp = Shape::parallelogram(DVec3::new(0.3, 2.0, 0.3), DVec3::X * half, DVec3::Z * half);
+    add(scene, lamp, emitter([radiance, 0.8 * radiance, 0.6 * radiance]));
+}
+
+/// Light that comes evenly.
+fn plain() -> Scene {
+    let mut scene = ball("plain", Material { metallic: 0.0, roughness: 0.5, ..Material::default() });
+    add_lamp(&mut scene, 0.8, 4.0);
+    scene
+}
+
+/// Light that comes through glass and past it from a small lamp.
+fn glass() -> Scene {
+    let glass = Material { metallic: 0.0, roughness: 0.0, transmission: 1.0, ..Material::default() };
+    let mut scene = ball("glass and a small lamp", glass);
+    add_lamp(&mut scene, 0.1, 200.0);
+    scene.environment = Some(Environment::Uniform([0.2, 0.2, 0.2]));
+    scene
+}
+
+/// A grey sky with one bright texel of 2,048.
+fn texel() -> Scene {
+    let mut scene = ball("one texel", Material { roughness: 0.3, ..Material::default() });
+    let texel = |x: u32, y: u32| if (x, y) == (20, 6) { [1000.0, 900.0, 800.0] } else { [0.3; 3] };
+    scene.environment = Some(map(64, 32, texel));
+    scene
+}
+
+/// 1,000 pairs of renders with different seeds by different methods, of which 1 % may differ.
+///
+/// Each render is in two pairs of its kind, so that half as many are traced. Counts of alarms then
+/// spread more, their expectation is the same: the bound, 10 of 1,000, is that of α itself. Alarms
+/// of Welch's test alone, without tails, show that the scenes could raise them.
+#[test]
+fn false_alarms_of_different_methods_are_as_rare_as_promised() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = [plain(), glass(), texel(), torture::scene("contact-light"), torture::scene("optional-stop")];
+    let (mut pairs, mut alarms, mut welch, mut silent) = (0, 0, 0, 0);
+    for (k, scene) in scenes.iter().enumerate() {
+        let of = |method: u32, integrator| {
+            let first = 1000 * k as u32 + 100 * method;
+            renders(folder.path(), scene, 8, (0..SEEDS).map(|seed| settings(integrator, first + seed)))
+        };
+        let mis = of(1, MIS);
+        for (name, other) in [("hemisphere", of(2, HEMISPHERE)), ("area", of(3, Integrator::Area))] {
+            let (mut found, mut without, mut untold) = (0, 0, 0);
+            for (i, a) in other.iter().enumerate() {
+                for b in [&mis[i], &mis[(i + 1) % mis.len()]] {
+                    let verdict = verdict(a, b);
+                    pairs += 1;
+                    found += usize::from(verdict.outcome == Outcome::Differ);
+                    untold += usize::from(verdict.outcome == Outcome::CannotTell);
+                    without += usize::from(welch_differs(a, b));
+                }
+            }
+            println!("{}, {name}: {found} differ ({without} without tails), {untold} cannot be told", scene.name);
+            alarms += found;
+            welch += without;
+            silent += untold;
+        }
+    }
+    println!("{alarms} false alarms in {pairs} pairs, {welch} without tails; {silent} pairs cannot be told");
+    assert_eq!(pairs, 1000);
+    assert!(alarms <= 10, "{alarms} false alarms");
+    assert!(welch > 30, "the test cannot fail: without tails there are {welch} false alarms only");
+    assert!(silent < 100, "the verdict is numb: {silent} pairs cannot be told");
+}
+
+/// Gross differences and faint ones are found under lamps and by the methods that cause the alarms.
+#[test]
+fn biases_are_found_where_tails_are_heavy() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, samples, bias) in [(plain(), 16, 0.03), (glass(), 16, 0.3), (texel(), 16, 0.3)] {
+        let of = |integrator, seed| renders(folder.path(), &scene, samples, [settings(integrator, seed)].into_iter());
+        let (a, b) = (&of(HEMISPHERE, 1)[0], &of(MIS, 2)[0]);
+        let equal = verdict(a, b);
+        println!("{}: a bias of {:.2} % would be seen", scene.name, 100.0 * equal.detectable);
+        assert_eq!(equal.outcome, Outcome::Same, "{}", scene.name);
+
+        let dark = Settings { max_bounces: Some(0), ..settings(MIS, 3) };
+        let dark = renders(folder.path(), &scene, 4, [dark].into_iter());
+        assert_eq!(verdict(&dark[0], b).outcome, Outcome::Differ, "{}: no light on surfaces", scene.name);
+        assert_eq!(verdict(a, &dark[0]).outcome, Outcome::Differ, "{}: no light on surfaces", scene.name);
+
+        let mis = &of(MIS, 4)[0];
+        let mut brighter = b.clone();
+        for channel in ["R", "G", "B"] {
+            brighter.channels.get_mut(channel).unwrap().iter_mut().for_each(|x| *x *= 1.0 + bias as f32);
+        }
+        let sharp = verdict(mis, b);
+        assert!(sharp.detectable < bias, "{}: {} by mis", scene.name, sharp.detectable);
+        assert!(verdict(mis, &brighter).differs(), "{}: {bias} brighter", scene.name);
+    }
+}
