@@ -2,7 +2,7 @@
 //!
 //! [`load`] goes once through the file: container and JSON ([`glb`], [`document`]), extensions ([`extensions`]), the node
 //! hierarchy ([`nodes`]), then, in parallel, images ([`images`]) and primitives ([`primitives`], over [`accessor`] and
-//! [`buffers`]). Nothing is trusted: every index, offset and count is checked where it is used, and what can be done
+//! [`buffers`]); last, what is not closed loses its volume ([`open_volumes`]). Nothing is trusted: every index, offset and count is checked where it is used, and what can be done
 //! without (textures, lights, factors out of range) costs a warning and not the picture.
 
 mod accessor;
@@ -26,6 +26,7 @@ mod materials;
 mod meshopt;
 mod nodes;
 mod normals;
+mod open_volumes;
 mod primitives;
 mod shapes;
 mod skins;
