@@ -14,6 +14,7 @@ mod materials;
 mod meshes;
 mod nodes;
 mod open_volumes;
+mod pointers;
 mod posing;
 mod round_trip;
 mod second_opinion;
