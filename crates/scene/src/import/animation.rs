@@ -173,21 +173,40 @@ impl Reader<'_> {
             }
             Animated::NodeWeights { node, only } => {
                 let json = get(&self.accessors.document.nodes, Int(node as u64), "node", &self.place)?;
-                let targets = json.mesh.map_or(0, |mesh| self.targets(mesh.index()));
-                let of_mesh = json.mesh.and_then(|mesh| self.accessors.document.meshes.get(mesh.index()));
-                let rest =
-                    if json.weights.is_empty() { of_mesh.map_or(&[][..], |m| &m.weights) } else { &json.weights };
-                let rest = self.motion.poses.get(&node).and_then(|pose| pose.weights.as_deref()).unwrap_or(rest);
-                let weights = self.weights(sampler, rest, targets, only, pointer, warnings)?;
-                if weights.is_some() {
-                    self.pose(node)?.weights = weights;
+                let mesh = json.mesh.map_or(usize::MAX, Int::index);
+                match only {
+                    None => {
+                        let weights = self.weights(sampler, mesh)?;
+                        self.pose(node)?.weights = weights;
+                    }
+                    Some(only) => {
+                        let Some([value]) = self.sample(sampler, false)? else { return Ok(()) };
+                        if self.pose(node)?.weights.is_none() {
+                            let own = Some(&json.weights).filter(|own| !own.is_empty());
+                            let rest = self.rest(mesh, own);
+                            self.pose(node)?.weights = Some(rest);
+                        }
+                        let weights = self.pose(node)?.weights.as_deref_mut().unwrap_or_default();
+                        set_weight(weights, only, value, pointer, warnings);
+                    }
                 }
             }
             Animated::MeshWeights { mesh, only } => {
-                let json = get(&self.accessors.document.meshes, Int(mesh as u64), "mesh", &self.place)?;
-                let rest = self.mesh_weights.get(&mesh).unwrap_or(&json.weights);
-                let weights = self.weights(sampler, rest, self.targets(mesh), only, pointer, warnings)?;
-                self.mesh_weights.extend(weights.map(|weights| (mesh, weights)));
+                get(&self.accessors.document.meshes, Int(mesh as u64), "mesh", &self.place)?;
+                match only {
+                    None => {
+                        let weights = self.weights(sampler, mesh)?;
+                        self.mesh_weights.extend(weights.map(|weights| (mesh, weights)));
+                    }
+                    Some(only) => {
+                        let Some([value]) = self.sample(sampler, false)? else { return Ok(()) };
+                        if !self.mesh_weights.contains_key(&mesh) {
+                            self.mesh_weights.insert(mesh, self.rest(mesh, None));
+                        }
+                        let weights = self.mesh_weights.entry(mesh).or_default();
+                        set_weight(weights, only, value, pointer, warnings);
+                    }
+                }
             }
             Animated::Json(kind) => {
                 let Some(numbers) = self.value(sampler, kind, pointer)? else { return Ok(()) };
@@ -261,29 +280,28 @@ impl Reader<'_> {
         }
     }
 
-    /// Weights of `targets` morph targets, all sampled or but one, the others being those at rest.
-    fn weights(
-        &self,
-        sampler: &Sampler,
-        rest: &[f64],
-        targets: usize,
-        only: Option<usize>,
-        pointer: &str,
-        warnings: &mut Warnings,
-    ) -> Result<Option<Vec<f64>>> {
-        let Some(only) = only else {
-            return weights(self.accessors, sampler, self.seconds, targets, &self.place);
-        };
-        let mut weights = rest.to_vec();
-        weights.resize(targets, 0.0);
-        let Some(weight) = weights.get_mut(only) else {
+    /// The weights of a mesh's morph targets.
+    fn weights(&self, sampler: &Sampler, mesh: usize) -> Result<Option<Vec<f64>>> {
+        weights(self.accessors, sampler, self.seconds, self.targets(mesh), &self.place)
+    }
+
+    /// The weights of a mesh's morph targets at rest, of which a node may have its own.
+    fn rest(&self, mesh: usize, own: Option<&Vec<f64>>) -> Vec<f64> {
+        let json = self.accessors.document.meshes.get(mesh);
+        let mut weights = own.or(json.map(|mesh| &mesh.weights)).cloned().unwrap_or_default();
+        weights.resize(self.targets(mesh), 0.0);
+        weights
+    }
+}
+
+fn set_weight(weights: &mut [f64], index: usize, value: f64, pointer: &str, warnings: &mut Warnings) {
+    let count = weights.len();
+    match weights.get_mut(index) {
+        Some(weight) => *weight = value,
+        None => {
             let pointer = shown(pointer);
-            warnings.push(format!("{pointer:?} is no weight of the mesh's {targets} morph targets; it stands still."));
-            return Ok(None);
-        };
-        let Some([value]) = self.sample(sampler, false)? else { return Ok(None) };
-        *weight = value;
-        Ok(Some(weights))
+            warnings.push(format!("{pointer:?} is no weight of the mesh's {count} morph targets; it stands still."));
+        }
     }
 }
 
