@@ -9,7 +9,8 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// Where meshes stand.
     pub instances: Vec<Instance>,
-    /// Materials; the last one is glTF's default material when some primitive needs it.
+    /// The file's materials in use, then glTF's default material if a primitive needs it, then thin-walled twins of materials
+    /// with a volume for meshes that are not closed.
     pub materials: Vec<Material>,
     /// Textures that materials refer to.
     pub textures: Vec<Texture>,

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use surelight_render::Settings;
-use surelight_scene::{Environment, Material, Scene, Volume, procedural::probes, procedural::shapes::Shape};
+use surelight_scene::procedural::{probes, shapes::Shape};
+use surelight_scene::{Environment, LoadOptions, Material, Scene, Volume, load_bytes, write_glb};
 use surelight_tests::render::{Judge, all, render};
 use surelight_tests::scenes::{add, look_at, pinhole};
 
@@ -52,6 +53,28 @@ fn clear_bodies_are_invisible() {
     let cube = Shape::cuboid(DVec3::splat(-0.7), DVec3::splat(0.7));
     let film = render(&in_white_sky(cube, prism, 30.0), &Settings::new(32, 32), 16, 64);
     Judge::of(4, 0.012).mean("dispersive cube", &film, [1.0; 3]);
+}
+
+/// What is open has no inside: a file's sheets and bowls of clear glass are thin walls, which a furnace does not show from
+/// either side. (As boundaries of a medium they are 0.47 and 2.2.) Every sample is 1.
+#[test]
+fn open_volumes_are_thin_walls() {
+    let sheet = Shape::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).placed(1.0, DVec3::new(1.0, 2.0, 4.0) * 0.1);
+    let mut bowl = Shape::icosphere(3).faceted();
+    let z = |triangle: &[u32; 3]| triangle.iter().map(|&v| bowl.positions[v as usize].z).sum::<f64>();
+    bowl.triangles = bowl.triangles.iter().filter(|triangle| z(triangle) > 0.0).copied().collect();
+    let shapes = [sheet.clone(), sheet.turned_over(), bowl.clone(), bowl.turned_over()];
+    for (i, shape) in shapes.into_iter().enumerate() {
+        let made = in_white_sky(shape, glass(CLEAR), 30.0);
+        let file = write_glb(&made, "").expect("writes");
+        let read = load_bytes(&file, "open.glb".as_ref(), &LoadOptions::default()).expect("loads");
+        assert!(read.warnings.len() == 1 && read.warnings[0].contains("not closed"), "{:?}", read.warnings);
+        let film = render(&Scene { environment: made.environment, ..read }, &Settings::new(32, 32), 1, 16);
+        for pixel in all(&film) {
+            let mean = film.mean(pixel);
+            assert!(mean.iter().all(|c| (c - 1.0).abs() < 1e-5), "shape {i}: pixel {pixel} is {mean:?}");
+        }
+    }
 }
 
 /// A path through a block of matched index runs straight: e^(−σd) and nothing else.

@@ -1,15 +1,18 @@
-//! Animations: what the nodes' properties are at one moment.
+//! Animations: what properties of nodes, and by KHR_animation_pointer of anything else, are at one moment.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::{DQuat, DVec4};
 use gltf::json::animation::{Interpolation, Property};
 use gltf::json::validation::Checked;
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::accessor::{Accessors, Component, Typed};
 use super::document::{Extensions, Int, get, parse_raw};
 use super::error::{Fault, Result};
+use super::pointers::{self, Edit, Kind, Target as Animated};
+use super::uri::shown;
 use super::warnings::Warnings;
 use crate::Moment;
 
@@ -59,8 +62,16 @@ pub(crate) struct Pose {
 /// Poses by node; empty at rest.
 pub(crate) type Poses = HashMap<usize, Pose>;
 
-/// The poses of a moment.
-pub(crate) fn poses(accessors: &Accessors, moment: &Moment, warnings: &mut Warnings) -> Result<Poses> {
+/// What differs at a moment from what the file says.
+#[derive(Debug, Default)]
+pub(crate) struct Motion {
+    pub(crate) poses: Poses,
+    /// Of what is no property of a node.
+    pub(crate) edits: Vec<Edit>,
+}
+
+/// What moves, and where it is at a moment.
+pub(crate) fn motion(accessors: &Accessors, moment: &Moment, warnings: &mut Warnings) -> Result<Motion> {
     let animations: Vec<AnimationJson> = match accessors.document.animations.as_deref().map(parse_raw) {
         None => Vec::new(),
         Some(Ok(animations)) => animations,
@@ -79,33 +90,219 @@ pub(crate) fn poses(accessors: &Accessors, moment: &Moment, warnings: &mut Warni
         let cause = format!("is {:?}, but the file has {known}", moment.animation);
         return Err(Fault::invalid("the choice of an animation", cause));
     };
-    let place = format!("animation {index}");
-    let animation = &animations[index];
-    let mut poses = Poses::new();
-    for channel in &animation.channels {
-        let Checked::Valid(property) = channel.target.path else {
-            let pointer = channel.target.extensions.has("KHR_animation_pointer");
-            let what = if pointer { "KHR_animation_pointer" } else { "a property of unknown name" };
-            warnings.push(format!("A channel of {place} moves {what}, which is not supported; it stands still."));
+    let mut reader = Reader {
+        accessors,
+        animation: &animations[index],
+        seconds: moment.seconds,
+        place: format!("animation {index}"),
+        motion: Motion::default(),
+        mesh_weights: BTreeMap::new(),
+    };
+    let mut moved = HashSet::new();
+    for channel in &reader.animation.channels {
+        let Some((pointer, target)) = reader.target(channel, warnings) else { continue };
+        if !moved.insert(pointer.clone()) {
+            let pointer = shown(&pointer);
+            warnings.push(format!("{} moves {pointer:?} by two channels; the first one counts.", reader.place));
             continue;
-        };
-        // A channel without a node is for extensions.
-        let Some(node) = channel.target.node else { continue };
-        let node_json = get(&accessors.document.nodes, node, "node", &place)?;
-        let sampler = get(&animation.samplers, channel.sampler, "sampler", &place)?;
-        let pose = poses.entry(node.index()).or_default();
-        match property {
-            Property::Translation => pose.translation = sample::<3>(accessors, sampler, moment.seconds, &place)?,
-            Property::Scale => pose.scale = sample::<3>(accessors, sampler, moment.seconds, &place)?,
-            Property::Rotation => pose.rotation = sample::<4>(accessors, sampler, moment.seconds, &place)?,
-            Property::MorphTargetWeights => {
-                let mesh = node_json.mesh.and_then(|m| accessors.document.meshes.get(m.index()));
-                let targets = mesh.map_or(0, |m| m.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0));
-                pose.weights = weights(accessors, sampler, moment.seconds, targets, &place)?;
+        }
+        reader.read(channel, &pointer, target, warnings)?;
+    }
+    Ok(reader.finish())
+}
+
+/// Reads the channels of an animation.
+struct Reader<'a> {
+    accessors: &'a Accessors<'a>,
+    animation: &'a AnimationJson,
+    seconds: f64,
+    /// `animation 0`.
+    place: String,
+    motion: Motion,
+    mesh_weights: BTreeMap<usize, Vec<f64>>,
+}
+
+impl Reader<'_> {
+    /// What a channel moves, also as a JSON pointer; says so when it moves nothing.
+    fn target(&self, channel: &Channel, warnings: &mut Warnings) -> Option<(String, Animated)> {
+        if let Checked::Valid(property) = channel.target.path {
+            // A channel without a node is for extensions.
+            let node = channel.target.node?.index();
+            let (name, target) = match property {
+                Property::Translation => ("translation", Animated::Translation { node }),
+                Property::Rotation => ("rotation", Animated::Rotation { node }),
+                Property::Scale => ("scale", Animated::Scale { node }),
+                Property::MorphTargetWeights => ("weights", Animated::NodeWeights { node, only: None }),
+            };
+            return Some((format!("/nodes/{node}/{name}"), target));
+        }
+        let pointer = pointers::of(&channel.target.extensions);
+        let target = pointer.as_deref().and_then(pointers::tokens).and_then(|tokens| pointers::target(&tokens));
+        if target.is_none() {
+            let place = &self.place;
+            warnings.push(match (&pointer, channel.target.extensions.has(pointers::NAME)) {
+                (Some(pointer), _) => {
+                    let pointer = shown(pointer);
+                    format!("{pointer:?} ({}) is no property that {place} can move; it stands still.", pointers::NAME)
+                }
+                (None, true) => format!("A channel of {place} has an unusable {}; it stands still.", pointers::NAME),
+                (None, false) => {
+                    format!(
+                        "A channel of {place} moves a property of unknown name, which is not supported; it stands still."
+                    )
+                }
+            });
+        }
+        pointer.zip(target)
+    }
+
+    fn read(&mut self, channel: &Channel, pointer: &str, target: Animated, warnings: &mut Warnings) -> Result<()> {
+        let sampler = get(&self.animation.samplers, channel.sampler, "sampler", &self.place)?;
+        match target {
+            Animated::Translation { node } => {
+                let value = self.sample(sampler, false)?;
+                self.pose(node)?.translation = value;
+            }
+            Animated::Scale { node } => {
+                let value = self.sample(sampler, false)?;
+                self.pose(node)?.scale = value;
+            }
+            Animated::Rotation { node } => {
+                let value = self.sample(sampler, true)?;
+                self.pose(node)?.rotation = value;
+            }
+            Animated::NodeWeights { node, only } => {
+                let json = get(&self.accessors.document.nodes, Int(node as u64), "node", &self.place)?;
+                let mesh = json.mesh.map_or(usize::MAX, Int::index);
+                match only {
+                    None => {
+                        let weights = self.weights(sampler, mesh)?;
+                        self.pose(node)?.weights = weights;
+                    }
+                    Some(only) => {
+                        let Some([value]) = self.sample(sampler, false)? else { return Ok(()) };
+                        if self.pose(node)?.weights.is_none() {
+                            let own = Some(&json.weights).filter(|own| !own.is_empty());
+                            let rest = self.rest(mesh, own);
+                            self.pose(node)?.weights = Some(rest);
+                        }
+                        let weights = self.pose(node)?.weights.as_deref_mut().unwrap_or_default();
+                        set_weight(weights, only, value, pointer, warnings);
+                    }
+                }
+            }
+            Animated::MeshWeights { mesh, only } => {
+                get(&self.accessors.document.meshes, Int(mesh as u64), "mesh", &self.place)?;
+                match only {
+                    None => {
+                        let weights = self.weights(sampler, mesh)?;
+                        self.mesh_weights.extend(weights.map(|weights| (mesh, weights)));
+                    }
+                    Some(only) => {
+                        let Some([value]) = self.sample(sampler, false)? else { return Ok(()) };
+                        if !self.mesh_weights.contains_key(&mesh) {
+                            self.mesh_weights.insert(mesh, self.rest(mesh, None));
+                        }
+                        let weights = self.mesh_weights.entry(mesh).or_default();
+                        set_weight(weights, only, value, pointer, warnings);
+                    }
+                }
+            }
+            Animated::Json(kind) => {
+                let Some(numbers) = self.value(sampler, kind, pointer)? else { return Ok(()) };
+                if !numbers.iter().all(|number| number.is_finite()) {
+                    let pointer = shown(pointer);
+                    warnings.push(format!("{pointer:?} would not be finite; it stands still."));
+                    return Ok(());
+                }
+                let value = match (kind, numbers.as_slice()) {
+                    (Kind::Flag, &[number]) => (number != 0.0).into(),
+                    (_, &[number]) => number.into(),
+                    (_, numbers) => numbers.into(),
+                };
+                self.edit(pointer, value);
             }
         }
+        Ok(())
     }
-    Ok(poses)
+
+    /// The pose of a node, which must exist.
+    fn pose(&mut self, node: usize) -> Result<&mut Pose> {
+        get(&self.accessors.document.nodes, Int(node as u64), "node", &self.place)?;
+        Ok(self.motion.poses.entry(node).or_default())
+    }
+
+    /// How many morph targets a mesh has.
+    fn targets(&self, mesh: usize) -> usize {
+        let mesh = self.accessors.document.meshes.get(mesh);
+        mesh.map_or(0, |mesh| mesh.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0))
+    }
+
+    fn edit(&mut self, pointer: &str, value: Value) {
+        if let Some(tokens) = pointers::tokens(pointer) {
+            self.motion.edits.push(Edit { pointer: pointer.into(), tokens, value });
+        }
+    }
+
+    fn finish(mut self) -> Motion {
+        for (mesh, weights) in std::mem::take(&mut self.mesh_weights) {
+            // A weight that is no number moves nothing.
+            let weights: Vec<f64> = weights.into_iter().map(|w| if w.is_finite() { w } else { 0.0 }).collect();
+            self.edit(&format!("/meshes/{mesh}/weights"), weights.into());
+        }
+        self.motion
+    }
+
+    fn sample<const N: usize>(&self, sampler: &Sampler, turns: bool) -> Result<Option<[f64; N]>> {
+        sample(self.accessors, sampler, self.seconds, turns, &self.place)
+    }
+
+    /// A property that is no node's.
+    fn value(&self, sampler: &Sampler, kind: Kind, pointer: &str) -> Result<Option<Vec<f64>>> {
+        fn list<const N: usize>(value: Option<[f64; N]>) -> Option<Vec<f64>> {
+            value.map(Vec::from)
+        }
+        match kind {
+            Kind::Flag => {
+                let output = bounded(self.accessors, sampler.output, &format!("a sampler's output of {}", self.place))?;
+                let bytes = output.width == 1 && output.component == Component::U8 && !output.normalized;
+                if !bytes || interpolation(sampler, &self.place)? != Interpolation::Step {
+                    let cause = format!("moves {:?} by other than unsigned bytes and STEP", shown(pointer));
+                    return Err(Fault::invalid(&self.place, cause));
+                }
+                Ok(list(self.sample::<1>(sampler, false)?))
+            }
+            Kind::Float => Ok(list(self.sample::<1>(sampler, false)?)),
+            Kind::Float2 => Ok(list(self.sample::<2>(sampler, false)?)),
+            Kind::Float3 => Ok(list(self.sample::<3>(sampler, false)?)),
+            Kind::Float4 => Ok(list(self.sample::<4>(sampler, false)?)),
+            Kind::Rotation => Ok(list(self.sample::<4>(sampler, true)?)),
+        }
+    }
+
+    /// The weights of a mesh's morph targets.
+    fn weights(&self, sampler: &Sampler, mesh: usize) -> Result<Option<Vec<f64>>> {
+        weights(self.accessors, sampler, self.seconds, self.targets(mesh), &self.place)
+    }
+
+    /// The weights of a mesh's morph targets at rest, of which a node may have its own.
+    fn rest(&self, mesh: usize, own: Option<&Vec<f64>>) -> Vec<f64> {
+        let json = self.accessors.document.meshes.get(mesh);
+        let mut weights = own.or(json.map(|mesh| &mesh.weights)).cloned().unwrap_or_default();
+        weights.resize(self.targets(mesh), 0.0);
+        weights
+    }
+}
+
+fn set_weight(weights: &mut [f64], index: usize, value: f64, pointer: &str, warnings: &mut Warnings) {
+    let count = weights.len();
+    match weights.get_mut(index) {
+        Some(weight) => *weight = value,
+        None => {
+            let pointer = shown(pointer);
+            warnings.push(format!("{pointer:?} is no weight of the mesh's {count} morph targets; it stands still."));
+        }
+    }
 }
 
 /// Two keyframes around a time and how far it is from the first to the second.
@@ -154,11 +351,12 @@ fn interpolation(sampler: &Sampler, place: &str) -> Result<Interpolation> {
     }
 }
 
-/// A vector or quaternion at a time.
+/// A number, a vector or, where it `turns`, a quaternion at a time.
 fn sample<const N: usize>(
     accessors: &Accessors,
     sampler: &Sampler,
     seconds: f64,
+    turns: bool,
     place: &str,
 ) -> Result<Option<[f64; N]>> {
     let Some(at) = between(accessors, sampler, seconds, place)? else { return Ok(None) };
@@ -166,7 +364,11 @@ fn sample<const N: usize>(
     let user = format!("a sampler's output of {place}");
     let of = bounded(accessors, sampler.output, &user)?;
     if of.width != N || of.component == Component::U32 {
-        return Err(Fault::invalid(place, format!("has a sampler whose output is not VEC{N}")));
+        let needed = if N == 1 { "SCALAR".into() } else { format!("VEC{N}") };
+        return Err(Fault::invalid(
+            place,
+            format!("has a sampler whose output is not {needed} of floats or fractions"),
+        ));
     }
     let mut read = reader(interpolation, &at, of.count, 1, place, |pick| {
         let values = accessors.floats::<N>(&of, Some(pick)).map_err(|f| f.used_by(&user))?;
@@ -175,8 +377,8 @@ fn sample<const N: usize>(
             .map(|v| DVec4::from_array(std::array::from_fn(|i| v.get(i).map_or(0.0, |&c| c.into()))))
             .collect())
     })?;
-    let value = match (interpolation, N) {
-        (Interpolation::Linear, 4) => {
+    let value = match (interpolation, turns) {
+        (Interpolation::Linear, true) => {
             let [a, b] = [read[0][0], read[0][1]].map(DQuat::from_vec4);
             // Quaternions and their negatives turn alike: the shorter way round.
             slerp(a, b, at.t)

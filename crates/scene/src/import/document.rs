@@ -354,8 +354,8 @@ pub(crate) struct Buffer {
     pub(crate) byte_length: Int,
 }
 
-/// Parses the JSON; an error names the object inside the document, and not only a column of its one long line.
-pub(crate) fn parse(json: &[u8]) -> Result<Document> {
+/// The text of the JSON.
+pub(crate) fn text(json: &[u8]) -> Result<&str> {
     // Padding of the GLB chunk and a byte order mark are not JSON, and common.
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let end = json.iter().rposition(|&b| b != 0).map_or(0, |last| last + 1);
@@ -363,8 +363,11 @@ pub(crate) fn parse(json: &[u8]) -> Result<Document> {
     if json.iter().all(u8::is_ascii_whitespace) {
         return Err(Fault::Format("its JSON is empty".into()));
     }
-    let text = std::str::from_utf8(json)
-        .map_err(|e| Fault::Format(format!("its JSON is not UTF-8 (byte {})", e.valid_up_to())))?;
+    std::str::from_utf8(json).map_err(|e| Fault::Format(format!("its JSON is not UTF-8 (byte {})", e.valid_up_to())))
+}
+
+/// Parses the JSON; an error names the object inside the document, and not only a column of its one long line.
+pub(crate) fn parse(text: &str) -> Result<Document> {
     serde_json::from_str(text).map_err(|quick| {
         // Only a refused file pays for the second pass that tracks the path.
         let mut reader = serde_json::Deserializer::from_str(text);

@@ -2,8 +2,10 @@
 //!
 //! [`load`] goes once through the file: container and JSON ([`glb`], [`document`]), extensions ([`extensions`]), the node
 //! hierarchy ([`nodes`]), then, in parallel, images ([`images`]) and primitives ([`primitives`], over [`accessor`] and
-//! [`buffers`]). Nothing is trusted: every index, offset and count is checked where it is used, and what can be done
-//! without (textures, lights, factors out of range) costs a warning and not the picture.
+//! [`buffers`]); last, what is not closed loses its volume ([`open_volumes`]). An animation is applied first: to nodes as
+//! poses ([`animation`]), to anything else in the JSON, which is then parsed anew ([`pointers`]). Nothing is trusted: every
+//! index, offset and count is checked where it is used, and what can be done without (textures, lights, factors out of
+//! range) costs a warning and not the picture.
 
 mod accessor;
 mod animation;
@@ -26,6 +28,8 @@ mod materials;
 mod meshopt;
 mod nodes;
 mod normals;
+mod open_volumes;
+mod pointers;
 mod primitives;
 mod shapes;
 mod skins;
@@ -40,7 +44,7 @@ mod warnings;
 use std::path::Path;
 
 use self::accessor::Accessors;
-use self::animation::Poses;
+use self::animation::Motion;
 use self::buffers::Buffers;
 use self::document::Document;
 pub use self::error::LoadError;
@@ -118,7 +122,8 @@ pub(crate) fn read_file(path: &Path, limit: u64) -> std::result::Result<Vec<u8>,
 fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     let container = glb::split(file, &mut warnings)?;
-    let document = document::parse(container.json)?;
+    let text = document::text(container.json)?;
+    let document = document::parse(text)?;
     check_version(&document)?;
     let extensions = extensions::check(&document, &mut warnings)?;
 
@@ -127,18 +132,24 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     let buffers = Buffers::new(&document, folder, container.bin, options);
     let quantized = extensions.iter().any(|e| e.name == "KHR_mesh_quantization");
     let accessors = Accessors { document: &document, buffers: &buffers, quantized };
-    let sources = Sources { document: &document, buffers: &buffers, folder, options };
 
-    let poses = match &options.animation {
-        Some(moment) => animation::poses(&accessors, moment, &mut warnings)?,
-        None => Poses::new(),
+    let Motion { poses, edits } = match &options.animation {
+        Some(moment) => animation::motion(&accessors, moment, &mut warnings)?,
+        None => Motion::default(),
     };
-    let placed = nodes::place(&document, options.scene, &poses, &mut warnings)?;
+    let moved = match edits.is_empty() {
+        true => None,
+        false => Some(document::parse(&pointers::apply(text, edits, &mut warnings)?)?),
+    };
+    let document = moved.as_ref().unwrap_or(&document);
+    let accessors = Accessors { document, ..accessors };
+    let sources = Sources { document, buffers: &buffers, folder, options };
+    let placed = nodes::place(document, options.scene, &poses, &mut warnings)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         extensions,
-        cameras: cameras::read(&document, &placed, &mut warnings)?,
-        lights: lights::read(&document, &placed, &mut warnings),
+        cameras: cameras::read(document, &placed, &mut warnings)?,
+        lights: lights::read(document, &placed, &mut warnings),
         environment: image_based_light::read(sources, options.scene, &mut warnings),
         ..Scene::default()
     };

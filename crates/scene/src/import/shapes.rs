@@ -15,6 +15,7 @@ use super::instancing;
 use super::material_draft::Draft;
 use super::materials;
 use super::nodes::{self, Placed, Worlds};
+use super::open_volumes::{self, Shape};
 use super::primitives::{Deformation, Plan};
 use super::skins::{self, Skin};
 use super::textures::{self, Binder};
@@ -100,7 +101,7 @@ pub(crate) fn read(
         mesh_of_plan.push(Some(scene.meshes.len()));
         scene.meshes.push(mesh);
     }
-    let parts = plans_of
+    let mut parts: BTreeMap<&Look, Vec<usize>> = plans_of
         .into_iter()
         .map(|(look, plans)| (look, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
         .collect();
@@ -112,6 +113,8 @@ pub(crate) fn read(
     warnings.append(decoded.warnings);
     scene.images = decoded.images;
     scene.images.append(&mut made);
+    let mut shapes: Vec<Shape> = parts.iter_mut().map(|(look, parts)| Shape { mesh: look.mesh, parts }).collect();
+    open_volumes::make_thin(scene, &mut shapes, warnings);
     scene.instances = instances(accessors, placed, &looks, &skins, &parts, sources.options.max_instances, warnings)?;
     if scene.instances.is_empty() {
         warnings.push("The scene shows no triangles.");
@@ -203,7 +206,7 @@ fn instances(
     placed: &[Placed],
     looks: &BTreeMap<usize, Look>,
     skins: &HashMap<usize, Skin>,
-    parts: &HashMap<&Look, Vec<usize>>,
+    parts: &BTreeMap<&Look, Vec<usize>>,
     most: usize,
     warnings: &mut Warnings,
 ) -> Result<Vec<Instance>> {

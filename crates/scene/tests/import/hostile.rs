@@ -177,6 +177,7 @@ fn open(bytes: &[u8]) -> Option<Gltf> {
 fn seeds() -> Vec<(PathBuf, Gltf)> {
     let mut seeds = vec![(PathBuf::from("rich.glb"), rich()), (PathBuf::from("square.glb"), Gltf::square())];
     seeds.push((PathBuf::from("skinned.glb"), crate::posing::skinned()));
+    seeds.push((PathBuf::from("moving.glb"), crate::pointers::moving()));
     for name in ["basisu.glb", "draco.glb", "meshopt-ext.glb", "meshopt-khr.glb"] {
         seeds.extend(open(&asset(name)).map(|gltf| (PathBuf::from(name), gltf)));
     }

@@ -13,6 +13,8 @@ mod image_based_light;
 mod materials;
 mod meshes;
 mod nodes;
+mod open_volumes;
+mod pointers;
 mod posing;
 mod round_trip;
 mod second_opinion;

@@ -6,7 +6,7 @@ use surelight_scene::{LoadError, LoadOptions, Moment, Scene, load_bytes};
 
 use crate::build::{FLOAT, Gltf, SHORT, UBYTE, USHORT, floats, shorts, warned};
 
-fn at(gltf: &Gltf, animation: &str, seconds: f64) -> Result<Scene, LoadError> {
+pub(crate) fn at(gltf: &Gltf, animation: &str, seconds: f64) -> Result<Scene, LoadError> {
     let animation = Some(Moment { animation: animation.into(), seconds });
     load_bytes(&gltf.glb(), "made.glb".as_ref(), &LoadOptions { animation, ..LoadOptions::default() })
 }

@@ -135,7 +135,7 @@ fn glass_sphere_furnace() -> Scene {
     white_sky(b.finish())
 }
 
-/// A sheet of water 1 m above a camera that looks straight up, under a lamp so large that it is the sky.
+/// Water over a black bed, its surface 1 m above a camera that looks straight up, under a lamp so large that it is the sky.
 ///
 /// Snell's law sends directions within asin(1/n) of the vertical up to the lamp, the others back down into darkness. Radiance is
 /// n² times as large within the water (Veach 1997, section 5.2), so that the picture shows n²·(1 − F).
@@ -144,7 +144,9 @@ pub fn tir_cone(ior: f32) -> Scene {
     let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
     let water = b.material(glass("water", ior, volume));
     let sky = b.material(emitter("sky", [1.0; 3]));
-    b.add("water", Shape::parallelogram(DVec3::Y, DVec3::X * 50.0, DVec3::NEG_Z * 50.0), water);
+    let bed = b.material(lambert("bed", [0.0; 3]));
+    b.add("water", Shape::cuboid(DVec3::new(-50.0, -2.0, -50.0), DVec3::new(50.0, 1.0, 50.0)), water);
+    b.add("bed", Shape::parallelogram(DVec3::NEG_Y, DVec3::X * 50.0, DVec3::NEG_Z * 50.0), bed);
     b.add("sky", Shape::parallelogram(DVec3::Y * 2.0, DVec3::X * 1e4, DVec3::Z * 1e4), sky);
     let mut scene = b.finish();
     scene.cameras.push(Camera {
