@@ -116,20 +116,30 @@ pub fn constants() -> &'static [Constant] {
     CONSTANTS.get_or_init(|| prepare(&procedural::probes::two_triangles(), &Settings::new(8, 8)).constants())
 }
 
-/// The scenes of assets/, the procedural ones and the general one, by name.
-pub fn shipped_scenes() -> Vec<Scene> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets"));
-    let mut files: Vec<_> = std::fs::read_dir(folder)
-        .expect("assets/ stands beside tests/")
+/// The scenes below a folder of assets/, by name.
+fn scenes_in(folder: &str) -> Vec<Scene> {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets")).join(folder);
+    let mut files: Vec<_> = std::fs::read_dir(&folder)
+        .unwrap_or_else(|e| panic!("{}: {e}", folder.display()))
         .map(|entry| entry.expect("assets/ can be listed").path())
         .filter(|path| path.extension().is_some_and(|e| e == "glb" || e == "gltf"))
         .collect();
     files.sort();
-    assert!(files.len() > 5, "assets/ is empty");
+    assert!(files.len() > 5, "{} is empty", folder.display());
     let load = |path: &std::path::PathBuf| {
         surelight_scene::load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
     };
-    let mut scenes: Vec<_> = files.iter().map(load).collect();
+    files.iter().map(load).collect()
+}
+
+/// The scenes of assets/, the torture list's included.
+pub fn asset_scenes() -> Vec<Scene> {
+    [scenes_in(""), scenes_in("torture")].concat()
+}
+
+/// The scenes of assets/, the procedural ones and the general one, by name.
+pub fn shipped_scenes() -> Vec<Scene> {
+    let mut scenes = scenes_in("");
     scenes.extend(procedural::GALLERY.iter().map(|entry| (entry.build)()));
     scenes.extend(scenes::probes());
     scenes.push(scenes::with_everything(procedural::cornell_box::cornell_box()));

@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod bsdf_oracle;
 pub mod chi2;
+pub mod differential;
 pub mod features;
 pub mod forget;
 pub mod layer_oracle;

@@ -3,6 +3,7 @@
 //! Runs where `SURELIGHT_CORPUS` names its folder (from the repository's root, or absolute) and says so where it does not:
 //! `SURELIGHT_CORPUS=FOLDER cargo test --release --test corpus -- --nocapture` prints a table of all files.
 
+mod estimators;
 mod fuzz;
 mod loading;
 mod models;

@@ -8,7 +8,7 @@ use surelight_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Volume, Wrap,
 };
 use surelight_tests::render::{all, prepare, render};
-use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
+use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;
 
 const CLEAR: Volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
@@ -95,6 +95,31 @@ fn estimators_agree_about_alpha_volumes() {
     add(&mut scene, Shape::icosphere(1).placed(0.2, DVec3::new(0.05, 0.5, 0.0)), lambert([0.8, 0.3, 0.2]));
     add(&mut scene, Shape::parallelogram(DVec3::new(0.0, 2.2, 0.3), DVec3::X * 0.9, DVec3::Z * 0.9), emitter([4.0; 3]));
     scene.cameras.push(pinhole(look_at(DVec3::new(0.0, 1.3, 3.0), DVec3::new(0.0, 0.4, 0.0), DVec3::Y), 35.0));
+    let of = |integrator, seed| Settings { integrator, seed, ..Settings::new(24, 24) };
+    let reference = render(&scene, &of(Integrator::Hemisphere(Directions::Bsdf), 1), 16, 256);
+    for (seed, integrator) in [(2, Integrator::Mis), (3, Integrator::Area)] {
+        let film = render(&scene, &of(integrator, seed), 16, 128);
+        let comparison = Comparison { power: 0.03, pictures: 2, pixels: false };
+        comparison.assert_equal(&format!("{integrator:?}"), &film, &reference);
+    }
+}
+
+/// A tub of tinted rough glass without a lid, under a map: what escapes from the medium into the sky is as dark for directions as for
+/// light sampling.
+#[test]
+fn estimators_agree_about_open_media() {
+    let tint = Volume { attenuation_distance: 1.0, attenuation_color: [0.4, 0.7, 1.0] };
+    let mut scene = Scene { name: "a tub".into(), ..Scene::default() };
+    add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([0.7, 0.6, 0.5]));
+    let tub = Shape::cuboid(DVec3::new(-0.8, 0.1, -0.8), DVec3::new(0.8, 0.7, 0.8));
+    add(&mut scene, tub, Material { volume: Some(tint), ..glass(1.0, AlphaMode::Opaque, 0.5) });
+    let mesh = scene.meshes.last_mut().expect("the tub");
+    let positions = mesh.positions.clone();
+    mesh.triangles.retain(|t| t.iter().any(|&i| positions[i as usize].y < 0.5));
+    // Something in the medium that scatters.
+    add(&mut scene, Shape::icosphere(2).placed(0.2, DVec3::new(0.0, 0.4, 0.0)), lambert([0.8; 3]));
+    scene.environment = Some(map(16, 8, |x, y| if x < 8 && y < 4 { [3.0, 2.5, 2.0] } else { [0.2, 0.3, 0.5] }));
+    scene.cameras.push(pinhole(look_at(DVec3::new(0.0, 1.6, 3.0), DVec3::new(0.0, 0.3, 0.0), DVec3::Y), 35.0));
     let of = |integrator, seed| Settings { integrator, seed, ..Settings::new(24, 24) };
     let reference = render(&scene, &of(Integrator::Hemisphere(Directions::Bsdf), 1), 16, 256);
     for (seed, integrator) in [(2, Integrator::Mis), (3, Integrator::Area)] {
