@@ -131,13 +131,17 @@ fn a_scene_with_everything_comes_back() {
         },
     };
     let mesh = Mesh {
-        name: "sheet".into(),
-        positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(0.1, 1.0, 0.0)],
-        triangles: vec![[0, 1, 2]],
-        normals: Some(vec![Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::Z]),
-        tangents: Some(vec![Vec4::new(1.0, 0.0, 0.0, -1.0); 3]),
-        uvs: vec![vec![Vec2::ZERO, Vec2::X, Vec2::Y], vec![Vec2::ONE, Vec2::X, Vec2::new(0.3, 0.7)]],
-        colors: Some(vec![Vec4::ONE, Vec4::new(0.5, 0.25, 1.0, 0.75), Vec4::ONE]),
+        // Closed, since its material has a volume.
+        name: "tetrahedron".into(),
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(0.1, 1.0, 0.0), Vec3::Z],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        normals: Some(vec![Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::Z, Vec3::Z]),
+        tangents: Some(vec![Vec4::new(1.0, 0.0, 0.0, -1.0); 4]),
+        uvs: vec![
+            vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
+            vec![Vec2::ONE, Vec2::X, Vec2::new(0.3, 0.7), Vec2::ZERO],
+        ],
+        colors: Some(vec![Vec4::ONE, Vec4::new(0.5, 0.25, 1.0, 0.75), Vec4::ONE, Vec4::ONE]),
         material: 0,
     };
     let unlit = Material { name: "unlit".into(), unlit: true, alpha_mode: AlphaMode::Blend, ..Material::default() };
