@@ -5,19 +5,19 @@ use std::path::Path;
 
 use glam::DVec3;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
-use surelight_film::{ExrImage, Metadata, read_exr, write_exr};
-use surelight_render::{Directions, Integrator, Settings};
+use surelight_film::{ExrImage, Film, Metadata, read_exr, write_exr};
+use surelight_render::{Directions, Integrator, Renderer, Settings};
 use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::procedural::torture;
+use surelight_scene::procedural::torture::{self, sampling::spot};
 use surelight_scene::{Environment, Material, Scene};
-use surelight_tests::render::{prepare, trace};
+use surelight_tests::render::{device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 
 /// Pixels a side: four tiles, of which three are cut.
 const SIDE: u32 = 24;
 const BATCHES: u32 = 16;
 /// Renders of each method and scene.
-const SEEDS: u32 = 50;
+const RENDERS: u32 = 50;
 
 const MIS: Integrator = Integrator::Mis;
 const HEMISPHERE: Integrator = Integrator::Hemisphere(Directions::Bsdf);
@@ -26,16 +26,27 @@ fn settings(integrator: Integrator, seed: u32) -> Settings {
     Settings { integrator, seed, ..Settings::new(SIDE, SIDE) }
 }
 
-/// Renders with as many samples a batch, as files hold them.
-fn renders(folder: &Path, scene: &Scene, samples: u32, all: impl Iterator<Item = Settings>) -> Vec<ExrImage> {
+/// Renders with as many samples a batch, as files hold them, one after another by one renderer.
+///
+/// Batches of one seed are scrambled independently (`torture_accumulation` tests that), so that
+/// renders of other batches are as independent as those of other seeds, without a kernel for each.
+fn renders(folder: &Path, scene: &Scene, settings: &Settings, samples: u32, count: u32) -> Vec<ExrImage> {
     let path = folder.join("render.exr");
     let metadata = Metadata { batches: BATCHES, ..Metadata::default() };
-    all.map(|settings| {
-        let film = trace(&prepare(scene, &settings), [SIDE; 2], BATCHES, samples);
+    let prepared = prepare(scene, settings);
+    let mut renderer = Renderer::new(device(), &prepared).unwrap();
+    let mut render = |k: u32| {
+        let mut film = Film::new(SIDE, SIDE);
+        let mut first = k * BATCHES;
+        while first < (k + 1) * BATCHES {
+            let n = renderer.most_batches().min((k + 1) * BATCHES - first);
+            renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap();
+            first += n;
+        }
         write_exr(&path, &film, &metadata).unwrap();
         read_exr(&path).unwrap()
-    })
-    .collect()
+    };
+    (0..count).map(&mut render).collect()
 }
 
 fn verdict(a: &ExrImage, b: &ExrImage) -> Verdict {
@@ -82,15 +93,15 @@ fn glass() -> Scene {
     scene
 }
 
-/// A grey sky with one bright texel of 2,048.
+/// A grey sky with one bright texel of 32,768: two or three directions a tile meet it.
 fn texel() -> Scene {
     let mut scene = ball("one texel", Material { roughness: 0.3, ..Material::default() });
-    let texel = |x: u32, y: u32| if (x, y) == (20, 6) { [1000.0, 900.0, 800.0] } else { [0.3; 3] };
-    scene.environment = Some(map(64, 32, texel));
+    let texel = |x: u32, y: u32| if (x, y) == (80, 24) { [16000.0, 14000.0, 12000.0] } else { [0.3; 3] };
+    scene.environment = Some(map(256, 128, texel));
     scene
 }
 
-/// 1,000 pairs of renders with different seeds by different methods, of which 1 % may differ.
+/// 1,000 pairs of independent renders by different methods, of which 1 % may differ.
 ///
 /// Each render is in two pairs of its kind, so that half as many are traced. Counts of alarms then
 /// spread more, their expectation is the same: the bound, 10 of 1,000, is that of α itself. Alarms
@@ -98,12 +109,12 @@ fn texel() -> Scene {
 #[test]
 fn false_alarms_of_different_methods_are_as_rare_as_promised() {
     let folder = tempfile::tempdir().unwrap();
-    let scenes = [plain(), glass(), texel(), torture::scene("contact-light"), torture::scene("optional-stop")];
+    let scenes = [plain(), glass(), texel(), torture::scene("contact-light"), spot(1e-4).0];
     let (mut pairs, mut alarms, mut welch, mut silent) = (0, 0, 0, 0);
     for (k, scene) in scenes.iter().enumerate() {
         let of = |method: u32, integrator| {
-            let first = 1000 * k as u32 + 100 * method;
-            renders(folder.path(), scene, 8, (0..SEEDS).map(|seed| settings(integrator, first + seed)))
+            let seed = 10 * k as u32 + method;
+            renders(folder.path(), scene, &settings(integrator, seed), 8, RENDERS)
         };
         let mis = of(1, MIS);
         for (name, other) in [("hemisphere", of(2, HEMISPHERE)), ("area", of(3, Integrator::Area))] {
@@ -127,24 +138,30 @@ fn false_alarms_of_different_methods_are_as_rare_as_promised() {
     assert_eq!(pairs, 1000);
     assert!(alarms <= 10, "{alarms} false alarms");
     assert!(welch > 30, "the test cannot fail: without tails there are {welch} false alarms only");
-    assert!(silent < 100, "the verdict is numb: {silent} pairs cannot be told");
+    // By the hemisphere form the last scene and the one with the texel are lit by a handful of
+    // samples: 200 pairs of which little can be said.
+    assert!(silent <= 250, "the verdict is numb: {silent} pairs cannot be told");
 }
 
-/// Gross differences and faint ones are found under lamps and by the methods that cause the alarms.
+/// Gross differences and faint ones are found under lamps and by the methods that cause the alarms;
+/// where a handful of samples is all that one of them has of the light, nothing is told.
 #[test]
 fn biases_are_found_where_tails_are_heavy() {
     let folder = tempfile::tempdir().unwrap();
-    for (scene, samples, bias) in [(plain(), 16, 0.03), (glass(), 16, 0.3), (texel(), 16, 0.3)] {
-        let of = |integrator, seed| renders(folder.path(), &scene, samples, [settings(integrator, seed)].into_iter());
+    for (scene, bias, outcome) in
+        [(plain(), 0.03, Outcome::Same), (glass(), 0.3, Outcome::Same), (texel(), 0.3, Outcome::CannotTell)]
+    {
+        let of = |integrator, seed| renders(folder.path(), &scene, &settings(integrator, seed), 16, 1);
         let (a, b) = (&of(HEMISPHERE, 1)[0], &of(MIS, 2)[0]);
         let equal = verdict(a, b);
         println!("{}: a bias of {:.2} % would be seen", scene.name, 100.0 * equal.detectable);
-        assert_eq!(equal.outcome, Outcome::Same, "{}", scene.name);
+        assert_eq!(equal.outcome, outcome, "{}", scene.name);
 
         let dark = Settings { max_bounces: Some(0), ..settings(MIS, 3) };
-        let dark = renders(folder.path(), &scene, 4, [dark].into_iter());
-        assert_eq!(verdict(&dark[0], b).outcome, Outcome::Differ, "{}: no light on surfaces", scene.name);
-        assert_eq!(verdict(a, &dark[0]).outcome, Outcome::Differ, "{}: no light on surfaces", scene.name);
+        let dark = renders(folder.path(), &scene, &dark, 4, 1);
+        assert!(verdict(&dark[0], b).differs(), "{}: no light on surfaces", scene.name);
+        let seen = verdict(a, &dark[0]).differs();
+        assert!(seen || outcome == Outcome::CannotTell, "{}: no light on surfaces", scene.name);
 
         let mis = &of(MIS, 4)[0];
         let mut brighter = b.clone();

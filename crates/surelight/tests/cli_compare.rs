@@ -31,12 +31,12 @@ fn two_seeds_agree_and_whitted_does_not() {
     assert_eq!(json["notes"], Value::Array(vec![]));
     assert_eq!((&verdict["outcome"], &json["plan"]), (&"same".into(), &Value::Null));
 
-    // A third of the bias takes about nine times the 256 samples.
+    // A third of the bias takes nine times the 256 samples.
     let third = 100.0 * detectable / 3.0;
     let planned = folder.run(&format!("compare a.exr b.exr --plan {third}% --json")).succeeded();
     let plan = &serde_json::from_str::<Value>(&planned.stdout).unwrap()["plan"];
     let samples = plan["samples"][0].as_f64().unwrap();
-    assert!((samples / 2304.0 - 1.0).abs() < 0.1 && plan["samples"][0] == plan["samples"][1], "{plan}");
+    assert!((samples / 2304.0 - 1.0).abs() < 0.001 && plan["samples"][0] == plan["samples"][1], "{plan}");
     let planned = folder.run("compare a.exr b.exr --plan 0.1%").succeeded();
     assert!(planned.stdout.contains("plan ") && planned.stdout.contains("these samples"), "{planned:#?}");
 

@@ -86,12 +86,6 @@ impl Evidence {
         self.detectable_difference(level) < self.brighter()
     }
 
-    /// The same pictures with `times` as many samples.
-    pub(super) fn with_samples(&self, times: f64) -> Self {
-        let means = self.means.map(|mean| Estimate { variance: mean.variance / times, ..mean });
-        Self { means, jump: self.jump / times }
-    }
-
     fn brighter(&self) -> f64 {
         self.means[0].mean.abs().max(self.means[1].mean.abs())
     }

@@ -66,8 +66,6 @@ pub struct Verdict {
     pub detectable_in_tile: f64,
     /// Tiles that differ, smallest p first.
     pub different: Vec<Tile>,
-    /// Of the mean over all pixels.
-    evidence: [Evidence; 3],
 }
 
 impl Verdict {
@@ -77,37 +75,14 @@ impl Verdict {
     }
 
     /// How many times the samples that both pictures have would make a bias of the whole picture
-    /// of `bias`, relative to the reference, detectable. `None` where no number of samples would,
-    /// as where the reference is black.
+    /// of `bias`, relative to the reference, detectable; `None` where there is no noise or no light.
+    ///
+    /// By the square of the precision, for jumps, too: of more samples the largest is larger, in
+    /// the heaviest tails that have a variance by the square root.
     pub fn times_samples(&self, bias: f64) -> Option<f64> {
-        let enough = |times: f64| self.detectable_with(times) <= bias;
-        if self.evidence.iter().all(|evidence| evidence.detectable(self.pooled_level).is_none()) {
-            return None;
-        }
-        let mut range = [1.0 / MAX_TIMES, MAX_TIMES];
-        if enough(range[0]) {
-            return Some(range[0]);
-        }
-        if !enough(range[1]) {
-            return None;
-        }
-        // Geometric, as wide a range is.
-        for _ in 0..60 {
-            let middle = (range[0] * range[1]).sqrt();
-            range[usize::from(enough(middle))] = middle;
-        }
-        Some(range[1])
-    }
-
-    /// `detectable` of the same pictures with `times` as many samples.
-    fn detectable_with(&self, times: f64) -> f64 {
-        let channels = self.evidence.iter().map(|evidence| evidence.with_samples(times));
-        channels.filter_map(|evidence| evidence.detectable(self.pooled_level)).fold(0.0, f64::max)
+        (self.detectable > 0.0).then(|| (self.detectable / bias).powi(2))
     }
 }
-
-/// Beyond so many times the samples nothing is planned.
-const MAX_TIMES: f64 = 1e12;
 
 /// Whether there is a test that can tell.
 #[derive(Default)]
@@ -229,6 +204,8 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let evidence: [Evidence; 3] = std::array::from_fn(|c| whole[c].evidence(dof, jumps[c]));
     let pooled = evidence.map(|evidence| evidence.test());
     let pooled_differs = pooled.iter().any(|test| test.p < pooled_level);
+    let in_channels = evidence.iter().filter_map(|evidence| evidence.detectable(pooled_level));
+    let detectable = in_channels.fold(0.0, f64::max);
     let mut judged = Judged::default();
     judged.add(&evidence, pooled_level);
 
@@ -256,21 +233,18 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     } else {
         Outcome::CannotTell
     };
-    let mut verdict = Verdict {
+    Some(Verdict {
         outcome,
         alpha: options.alpha,
         pooled,
         pooled_level,
         pooled_differs,
-        detectable: 0.0,
+        detectable,
         tiles,
         tile_level,
         detectable_in_tile: in_tiles.get(in_tiles.len() / 2).copied().unwrap_or(0.0),
         different,
-        evidence,
-    };
-    verdict.detectable = verdict.detectable_with(1.0);
-    Some(verdict)
+    })
 }
 
 #[cfg(test)]

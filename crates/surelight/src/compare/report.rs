@@ -35,7 +35,7 @@ pub(super) struct Report {
     flip: f64,
     /// `null` where an image does not know its errors.
     verdict: Option<Judgement>,
-    /// `null` without `--plan`, without a verdict, and where no number of samples is enough.
+    /// `null` without `--plan`, without a verdict, and where there is no noise or no light.
     plan: Option<Plan>,
     /// What to know when reading the rest.
     notes: Vec<String>,
@@ -115,7 +115,7 @@ impl Report {
         let plan = plan.and_then(|bias| {
             let plan = verdict.as_ref().and_then(|verdict| Plan::new(bias, verdict, images));
             if plan.is_none() {
-                notes.push("no number of samples can be planned for these images".into());
+                notes.push("nothing can be planned: there is no verdict, no noise or no light in the reference".into());
             }
             plan
         });
@@ -188,7 +188,7 @@ impl Plan {
         let samples = images.map(|image| {
             let samples = image.channels.get("Samples.N")?;
             let total: f64 = samples.iter().map(|&n| f64::from(n)).sum();
-            Some((times * total / samples.len() as f64).ceil())
+            Some((times * total / samples.len() as f64).ceil().max(1.0))
         });
         Some(Self { bias, times, samples })
     }
