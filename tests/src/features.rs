@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
 use surelight_render::{Constant, Directions, Features, Integrator, Prepared, Sampler, Settings, SharedPaths};
-use surelight_scene::{LoadOptions, Scene, procedural};
+use surelight_scene::{Camera, ClipRange, LoadOptions, Scene, procedural};
 
 use crate::{render::prepare, scenes};
 
@@ -106,7 +106,7 @@ pub fn everything() -> Vec<Features> {
 /// Features that a scene may lack in the general kernel: what the device or the settings choose instead.
 pub fn chosen_elsewhere() -> Vec<&'static str> {
     let mut names: Vec<_> = ALTERNATIVES.iter().flat_map(|group| group.iter().copied()).collect();
-    names.extend(["items_image", "multiple_scattering", "no_roulette", "repeat_walk", "adaptive"]);
+    names.extend(["items_image", "multiple_scattering", "no_roulette", "repeat_walk", "adaptive", "camera_clip"]);
     names
 }
 
@@ -165,9 +165,24 @@ pub fn shipped() -> Vec<(Features, Vec<String>)> {
             (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain.clone() }),
             (" --shared-paths on", Settings { shared_paths: SharedPaths::On, ..plain }),
         ];
-        for (options, settings) in settings {
-            let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
-            let prepared = Prepared::new(&scene, &camera, &settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+        let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
+        // A slab that cuts something of most scenes.
+        let reach = scene.bounds().map_or(1.0, |(low, high)| {
+            let eye = camera.to_world.translation;
+            (low - eye).abs().max((high - eye).abs()).length()
+        });
+        let clipped = Camera { clip: ClipRange { near: 0.25 * reach, far: 0.5 * reach }, ..camera.clone() };
+        let views = settings.map(|(options, settings)| (options, settings, &camera));
+        let views = views.into_iter().chain([
+            (" with clipping planes", Settings::new(8, 8), &clipped),
+            (
+                " with clipping planes --shared-paths on",
+                Settings { shared_paths: SharedPaths::On, ..Settings::new(8, 8) },
+                &clipped,
+            ),
+        ]);
+        for (options, settings, camera) in views {
+            let prepared = Prepared::new(&scene, camera, &settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
             for items_image in [false, true] {
                 let features = Features { items_image, ..prepared.features };
                 let key = features.list().iter().map(|f| f.1).collect();

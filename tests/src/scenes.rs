@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec4};
 use surelight_scene::{
-    AlphaMode, Anisotropy, Camera, Clearcoat, DiffuseTransmission, Environment, EnvironmentMap, Filter, Image,
-    Instance, Iridescence, Light, LightKind, Material, Mesh, NormalTexture, Projection, Scene, Sheen, Texture,
+    AlphaMode, Anisotropy, Camera, Clearcoat, ClipRange, DiffuseTransmission, Environment, EnvironmentMap, Filter,
+    Image, Instance, Iridescence, Light, LightKind, Material, Mesh, NormalTexture, Projection, Scene, Sheen, Texture,
     TextureRef, Volume, Wrap,
     procedural::{furnace, probes, shapes::Shape},
 };
@@ -50,13 +50,14 @@ pub fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> DAffine3 {
 
 /// Parallel rays over a square of half-width `half`.
 pub fn orthographic(to_world: DAffine3, half: f64) -> Camera {
-    Camera { name: String::new(), to_world, projection: Projection::Orthographic { xmag: half, ymag: half } }
+    let projection = Projection::Orthographic { xmag: half, ymag: half };
+    Camera { name: String::new(), to_world, projection, clip: ClipRange::NONE }
 }
 
 /// A pinhole with a square picture; `yfov` in degrees.
 pub fn pinhole(to_world: DAffine3, yfov: f64) -> Camera {
     let projection = Projection::Perspective { yfov: yfov.to_radians(), aspect: Some(1.0) };
-    Camera { name: String::new(), to_world, projection }
+    Camera { name: String::new(), to_world, projection, clip: ClipRange::NONE }
 }
 
 /// The scene with one more object that needs every feature that a kernel can have, and lights of every kind.

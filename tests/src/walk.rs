@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_accel::{BuildOptions, Hit, NO_INSTANCE, Ray, oracle::Oracle, oracle::Verdict};
 use surelight_render::{Prepared, Settings, run_probe};
-use surelight_scene::{Camera, Instance, Mesh, Projection, Scene};
+use surelight_scene::{Camera, ClipRange, Instance, Mesh, Projection, Scene};
 
 use crate::render::device;
 
@@ -92,7 +92,7 @@ pub fn prepare(meshes: Vec<Mesh>, placements: &[(usize, DAffine3)], build: Build
         ..Scene::default()
     };
     let projection = Projection::Perspective { yfov: 1.0, aspect: None };
-    let camera = Camera { name: String::new(), to_world: DAffine3::IDENTITY, projection };
+    let camera = Camera { name: String::new(), to_world: DAffine3::IDENTITY, projection, clip: ClipRange::NONE };
     let settings = Settings { build, ..Settings::new(8, 8) };
     let prepared = Prepared::new(&scene, &camera, &settings).unwrap_or_else(|e| panic!("{e}"));
     (scene, prepared)

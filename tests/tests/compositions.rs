@@ -68,7 +68,7 @@ const BINDINGS: [(&str, &[&str]); 9] = [
 ];
 
 /// Words that only a kernel with the feature may hold: in functions, records and variables.
-const ABSENT: [(&[&str], &str); 9] = [
+const ABSENT: [(&[&str], &str); 10] = [
     (&["media"], "nested"),
     (&["light_tree"], "light_tree"),
     (&["etas", "ior_spread"], "dispersion"),
@@ -78,6 +78,7 @@ const ABSENT: [(&[&str], &str); 9] = [
     (&["anisotropy", "Grain"], "anisotropy"),
     (&["through_color"], "diffuse_transmission"),
     (&["refract", "transmitted"], "transmission"),
+    (&["clip_ray", "near_distance"], "camera_clip"),
 ];
 
 #[test]

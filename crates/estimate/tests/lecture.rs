@@ -3,8 +3,17 @@
 use surelight_estimate::{Moments, Rule, chebyshev_half_width, integrate, sobol};
 
 #[test]
-fn dice() {
-    // Each face once is the whole population: E = 3.5, σ² = E[x²] − E[x]² = 91/6 − 49/4 = 35/12, that is 2 11/12.
+fn average_die() {
+    // The lecture's example has the faces 2, 3, 3, 4, 4, 5: E = 3.5, σ² = E[x²] − E[x]² = 79/6 −
+    // 49/4 = 11/12. Each face once is the whole population.
+    let die: Moments = [2.0, 3.0, 3.0, 4.0, 4.0, 5.0].into_iter().collect();
+    assert!((die.mean() - 3.5).abs() < 1e-15);
+    assert!((die.population_variance() - 11.0 / 12.0).abs() < 1e-15);
+}
+
+#[test]
+fn ordinary_die() {
+    // The same mean with more spread: σ² = 91/6 − 49/4 = 35/12.
     let die: Moments = (1..=6).map(f64::from).collect();
     assert!((die.mean() - 3.5).abs() < 1e-15);
     assert!((die.population_variance() - 35.0 / 12.0).abs() < 1e-14);

@@ -128,6 +128,8 @@ features! {
     orthographic,
     /// Thin lens with an aperture.
     lens,
+    /// The camera's near or far plane cuts something off the picture.
+    camera_clip,
     /// A virtual white receiver stands in for the camera: irradiance is measured.
     receiver,
     /// Rough reflections get back what their facets lose by scattering once.

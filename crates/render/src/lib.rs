@@ -41,7 +41,7 @@ pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
 pub use prepare::{
-    Blueprint, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
+    Blueprint, Cut, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
     may_have_caustics, sheen_albedos,
 };
 pub use probe::{Probe, run_probe};

@@ -9,6 +9,41 @@ pub struct Camera {
     pub to_world: DAffine3,
     /// How directions spread.
     pub projection: Projection,
+    /// The depths that it shows.
+    pub clip: ClipRange,
+}
+
+/// The near and the far plane of a camera: what lies before the one or beyond the other is not
+/// shown.
+///
+/// Depths are metres along the camera's view direction, so that both planes are parallel to the
+/// image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClipRange {
+    /// Depth of the near plane; 0 clips nothing.
+    pub near: f64,
+    /// Depth of the far plane; infinity clips nothing.
+    pub far: f64,
+}
+
+impl ClipRange {
+    /// Clips nothing.
+    pub const NONE: Self = Self { near: 0.0, far: f64::INFINITY };
+
+    /// Depths beyond this do not fit the renderer's f32 arithmetic.
+    const MAX_DEPTH: f64 = 1e30;
+
+    /// A range from these depths; `None` unless 0 ≤ near < far, with a near plane that f32 can
+    /// hold.
+    pub fn new(near: f64, far: f64) -> Option<Self> {
+        (near >= 0.0 && near < far && near < Self::MAX_DEPTH).then_some(Self { near, far })
+    }
+}
+
+impl Default for ClipRange {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 /// How a camera maps the image plane to rays.

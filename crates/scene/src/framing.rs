@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::{Camera, Mesh, Projection, Scene};
+use crate::{Camera, ClipRange, Mesh, Projection, Scene};
 
 /// Full vertical field of view of the camera that frames a scene, radians.
 const YFOV: f64 = 0.7;
@@ -64,6 +64,7 @@ impl Scene {
                 center + backward * distance,
             ),
             projection: Projection::Perspective { yfov: YFOV, aspect: None },
+            clip: ClipRange::NONE,
         }
     }
 }

@@ -12,7 +12,7 @@ mod texture_info;
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
-use crate::{Camera, Instance, Light, LightKind, Projection, Scene, Texture, Wrap};
+use crate::{Camera, ClipRange, Instance, Light, LightKind, Projection, Scene, Texture, Wrap};
 use crate::{Filter, Image, Mesh};
 use buffer::BufferBuilder;
 use document::*;
@@ -104,7 +104,7 @@ pub fn write_glb(scene: &Scene, notes: &str) -> Result<Vec<u8>, GlbWriteError> {
         scene: 0,
         scenes: vec![SceneEntry { name: scene.name.clone(), nodes: (0..nodes.len()).collect() }],
         nodes,
-        cameras: scene.cameras.iter().map(camera_entry).collect(),
+        cameras: scene.cameras.iter().map(|camera| camera_entry(camera, scene)).collect(),
         meshes,
         materials,
         textures,
@@ -234,19 +234,35 @@ fn camera_node(index: usize, camera: &Camera) -> Node {
     Node { name: camera.name.clone(), camera: Some(index), matrix: matrix(&camera.to_world), ..Node::default() }
 }
 
-fn camera_entry(camera: &Camera) -> CameraEntry {
+fn camera_entry(camera: &Camera, scene: &Scene) -> CameraEntry {
     let name = camera.name.clone();
+    let ClipRange { near, far } = camera.clip;
     match camera.projection {
-        // A path tracer has no clipping planes, but the file must name them.
-        Projection::Perspective { yfov, aspect } => CameraEntry::Perspective {
-            name,
-            perspective: Perspective { aspect_ratio: aspect.map(short), yfov: short(yfov), znear: 0.001 },
-        },
-        Projection::Orthographic { xmag, ymag } => CameraEntry::Orthographic {
-            name,
-            orthographic: Orthographic { xmag: short(xmag), ymag: short(ymag), zfar: 1000.0, znear: 0.0 },
-        },
+        Projection::Perspective { yfov, aspect } => {
+            // The near plane of a perspective camera must lie before it.
+            let znear = short(if near > 0.0 { near } else { NEAR_SHARE * reach(camera, scene) });
+            let zfar = far.is_finite().then(|| short(far));
+            let perspective = Perspective { aspect_ratio: aspect.map(short), yfov: short(yfov), zfar, znear };
+            CameraEntry::Perspective { name, perspective }
+        }
+        Projection::Orthographic { xmag, ymag } => {
+            // An orthographic camera must have a far plane.
+            let zfar = short(if far.is_finite() { far } else { near + 2.0 * reach(camera, scene) });
+            let orthographic = Orthographic { xmag: short(xmag), ymag: short(ymag), zfar, znear: short(near) };
+            CameraEntry::Orthographic { name, orthographic }
+        }
     }
+}
+
+/// The near plane of a camera that clips nothing, as a share of its [`reach`]: before all that it
+/// sees.
+const NEAR_SHARE: f64 = 1e-6;
+
+/// Distance from a camera to the farthest corner of the scene's box; 1 where there is nothing.
+fn reach(camera: &Camera, scene: &Scene) -> f64 {
+    let eye = camera.to_world.translation;
+    let distance = scene.bounds().map_or(0.0, |(low, high)| (low - eye).abs().max((high - eye).abs()).length());
+    if distance > 0.0 { distance } else { 1.0 }
 }
 
 fn light_node(index: usize, light: &Light) -> Node {

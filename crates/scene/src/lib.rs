@@ -16,7 +16,7 @@ pub mod procedural;
 mod scene;
 mod texture;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, ClipRange, Projection};
 pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
 pub use glb_writer::{GlbWriteError, write_glb};
 pub use import::{LoadError, LoadOptions, Moment, load, load_bytes};

@@ -16,7 +16,7 @@ use surelight_bench::{
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_render::{Device, Settings, may_have_caustics};
+use surelight_render::{Cut, Device, Settings, may_have_caustics};
 
 use crate::error::Error;
 use crate::parse::Size;
@@ -126,6 +126,13 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
     let mut warnings = std::mem::take(&mut scene.warnings);
     warnings.extend(view.note);
     warnings.extend(light_note);
+    let settings = Settings {
+        seed: args.seed,
+        aperture: view.lens.map(|lens| lens.aperture),
+        focus: view.lens.map(|lens| lens.focus),
+        ..Settings::new(view.size.width, view.size.height)
+    };
+    warnings.extend(camera::cut_warning(&view.camera, Cut::find(&scene, &view.camera, &settings)));
     let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
     let stem = if stem.is_empty() { "scene".to_owned() } else { stem };
     let mut name = stem.clone();
@@ -140,12 +147,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
         file: path.display().to_string(),
         hash: fingerprint::of(&scene),
         camera: view.camera,
-        settings: Settings {
-            seed: args.seed,
-            aperture: view.lens.map(|lens| lens.aperture),
-            focus: view.lens.map(|lens| lens.focus),
-            ..Settings::new(view.size.width, view.size.height)
-        },
+        settings,
         scene,
         load_seconds: started.elapsed().as_secs_f64(),
         warnings,

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_scene::{Camera, Projection, Scene};
+use surelight_render::Cut;
+use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use crate::error::Error;
-use crate::options::CameraArgs;
+use crate::options::{CameraArgs, Clip};
 use crate::parse::{Selector, Size};
 
 /// Pixels on the longer side unless `--size` says otherwise.
@@ -55,9 +56,24 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
         };
         *yfov = degrees.to_radians();
     }
+    if args.clip == Clip::Off {
+        camera.clip = ClipRange::NONE;
+    }
     let size = size.unwrap_or_else(|| default_size(camera.aspect()));
     let lens = lens(scene, &camera, args)?;
     Ok(View { camera, size, lens, note })
+}
+
+/// A warning where the camera's clipping planes cut something off the picture.
+pub(crate) fn cut_warning(camera: &Camera, cut: Cut) -> Option<String> {
+    let ClipRange { near, far } = camera.clip;
+    let what = match (cut.near, cut.far) {
+        (true, true) => format!("nearer than znear = {near} m and farther than zfar = {far} m"),
+        (true, false) => format!("nearer than znear = {near} m"),
+        (false, true) => format!("farther than zfar = {far} m"),
+        (false, false) => return None,
+    };
+    Some(format!("camera \"{}\" does not show what is {what} (--clip off shows it)", camera.name))
 }
 
 /// A camera of the file, by name or else by number.
@@ -86,6 +102,7 @@ fn look_at(eye: DVec3, target: DVec3) -> Result<Camera, Error> {
         name: String::new(),
         to_world: DAffine3 { matrix3: DMat3::from_cols(right, up, -forward), translation: eye },
         projection: Projection::Perspective { yfov: DEFAULT_FOV.to_radians(), aspect: None },
+        clip: ClipRange::NONE,
     })
 }
 
@@ -128,11 +145,12 @@ mod tests {
             name: name.into(),
             to_world: DAffine3::IDENTITY,
             projection: Projection::Perspective { yfov: 0.5, aspect: Some(2.0) },
+            clip: ClipRange::NONE,
         }
     }
 
     fn args() -> CameraArgs {
-        CameraArgs { camera: None, eye: None, target: None, fov: None, aperture: None, focus: None }
+        CameraArgs::default()
     }
 
     #[test]
@@ -146,6 +164,19 @@ mod tests {
         assert_eq!(find("0").unwrap(), "0");
         let text = find("3").unwrap_err().to_string();
         assert_eq!(text, "there is no camera \"3\" in \"x.glb\": it has 0 \"a\", 1 \"b\", 2 \"0\"");
+    }
+
+    #[test]
+    fn clip_off_drops_the_planes() {
+        let clip = ClipRange { near: 2.0, far: f64::INFINITY };
+        let scene = Scene { cameras: vec![Camera { clip, ..camera("a") }], ..Scene::default() };
+        let view = |clip| choose(&scene, Path::new("x.glb"), &CameraArgs { clip, ..args() }, None).unwrap();
+        assert_eq!(view(Clip::On).camera.clip, clip);
+        assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
+        let cut = Cut { near: true, ..Cut::default() };
+        let text = cut_warning(&scene.cameras[0], cut).unwrap();
+        assert_eq!(text, "camera \"a\" does not show what is nearer than znear = 2 m (--clip off shows it)");
+        assert_eq!(cut_warning(&scene.cameras[0], Cut::default()), None);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use self::report::{Report, Value};
 use self::tally::Tally;
 use self::view::Setup;
 use crate::error::Error;
-use crate::{console, light, method, render};
+use crate::{camera, console, light, method, render};
 
 /// Samples of the point, and of each pixel of a region, when nothing says when to stop.
 const DEFAULT_SAMPLES: u32 = 1 << 20;
@@ -56,6 +56,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
+    warnings.extend(camera::cut_warning(&setup.camera, prepared.cut));
     let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup, batch: 0 };
     let unreachable = prepared.unreachable.clone();
     drop(prepared);

@@ -160,6 +160,21 @@ pub(crate) struct CameraArgs {
     /// Distance of what is sharp, metres [default: --target, or the middle of the model]
     #[arg(long, value_name = "METRES", value_parser = value::positive, requires = "aperture")]
     pub(crate) focus: Option<f32>,
+
+    /// Whether the file's camera shows only what lies between its near and far planes; what it does
+    /// not show still casts shadows and is reflected
+    #[arg(long, value_enum, default_value_t = Clip::On)]
+    pub(crate) clip: Clip,
+}
+
+/// Whether camera rays end at the camera's clipping planes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Clip {
+    /// They begin at znear and end at zfar
+    #[default]
+    On,
+    /// They begin at the camera and have no end
+    Off,
 }
 
 /// Light from far away.

@@ -179,3 +179,25 @@ fn adaptive_samples_are_told_of() {
     folder.run(&format!("{far} --spp 64 --samples 24..64 -o c.exr")).succeeded();
     folder.run("merge 0..24.exr c.exr -o d.exr").failed_with(&["adaptive"]);
 }
+
+/// A camera whose near plane lies beyond the box's back wall shows the sky alone, and says so;
+/// `--clip off` shows the box.
+#[test]
+fn clipping_planes_are_followed_and_can_be_put_off() {
+    let folder = Folder::new();
+    let mut scene = surelight_scene::load(&common::cornell_box(), &surelight_scene::LoadOptions::default()).unwrap();
+    scene.cameras[0].clip.near = 1e3;
+    std::fs::write(folder.path("cut.glb"), surelight_scene::write_glb(&scene, "").unwrap()).unwrap();
+    let render = |clip: &str| {
+        let ran = folder.run(&format!("cut.glb --size 8x8 --spp 1 --json {clip} -o a.exr")).succeeded();
+        let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
+        let exr = read_exr(&folder.path("a.exr")).unwrap();
+        let told = summary["warnings"].to_string().contains("nearer than znear = 1000 m");
+        (told, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
+    };
+    let (told, shown, metadata) = render("");
+    assert!(told && !shown && !metadata.settings.contains_key("clip"));
+    let (told, shown, metadata) = render("--clip off");
+    assert!(!told && shown);
+    assert_eq!(metadata.settings["clip"], "off");
+}

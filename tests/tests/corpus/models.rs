@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2};
 use surelight_film::{Film, Window};
 use surelight_render::{Prepared, Renderer, Settings};
-use surelight_scene::{Camera, Environment, LoadOptions, Projection, Scene, load};
+use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Projection, Scene, load};
 use surelight_tests::render::{Judge, all, device, pooled};
 
 use crate::corpus;
@@ -38,6 +38,7 @@ impl Front {
             name: String::new(),
             to_world: DAffine3 { matrix3: DMat3::IDENTITY, translation: DVec3::new(0.0, 0.0, 100.0) },
             projection: Projection::Orthographic { xmag: half, ymag: half },
+            clip: ClipRange::NONE,
         };
         let settings = Settings { max_bounces, ..Settings::new(PIXELS, PIXELS) };
         let prepared = Prepared::new(scene, &camera, &settings).unwrap_or_else(|e| panic!("{e}"));

@@ -12,7 +12,8 @@ use surelight_render::{Integrator, Renderer, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::procedural::torture::light::sds as globe;
 use surelight_scene::{
-    AlphaMode, Camera, Clearcoat, Environment, Instance, Light, LightKind, Material, Projection, Scene, Volume,
+    AlphaMode, Camera, Clearcoat, ClipRange, Environment, Instance, Light, LightKind, Material, Projection, Scene,
+    Volume,
 };
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, orthographic, pinhole};
@@ -356,4 +357,35 @@ fn adaptive_pixels_are_as_bright() {
             [&plain, &adaptive].map(|film| (film.mean(i)[1], film.variance_of_mean(i).expect("four batches")[1]));
         assert!((a.0 - b.0).abs() < 1e-6 * a.0 && (a.1 - b.1).abs() < 1e-5 * a.1, "{a:?} and {b:?} in pixel {i}");
     }
+}
+
+/// Particles are seen between the camera's planes alone: a wall before the near plane hides
+/// nothing, and the floor ends at the far plane. Depths of what is seen are from 1.7 to 2.6 m.
+#[test]
+fn between_clipping_planes() {
+    const OF: usize = 2;
+    for lens in [false, true] {
+        let mut scene = table(ball(), true, glass(clear()));
+        let camera = &mut scene.cameras[0];
+        let (eye, axes) = (camera.to_world.translation, camera.to_world.matrix3);
+        camera.clip = ClipRange { near: 1.0, far: 2.2 };
+        let screen = Shape::parallelogram(eye - 0.9 * axes.z_axis, axes.x_axis, axes.y_axis);
+        add(&mut scene, screen, lambert([0.2, 0.5, 0.8]));
+        let cut = prepare(&scene, &settings(Integrator::Caustics, 0)).cut;
+        assert!(cut.near && cut.far && !cut.medium, "{cut:?}");
+        let through = |s: &mut Settings| (s.aperture, s.focus) = (lens.then_some(0.2), lens.then_some(2.2));
+        assert_equal("between clipping planes", &scene, through, [256, 512], 0.03, OF);
+    }
+}
+
+/// A near plane through a medium puts rays inside, where nothing says by how much light has been
+/// absorbed.
+#[test]
+fn near_planes_through_absorbing_media_trace_nothing() {
+    let tint = Volume { attenuation_distance: 0.3, attenuation_color: [0.3, 0.6, 0.8] };
+    let mut scene = table(ball(), true, glass(tint));
+    let refused = |scene: &Scene| prepare(scene, &settings(Integrator::Caustics, 0)).no_caustics;
+    assert_eq!(refused(&scene), None);
+    scene.cameras[0].clip.near = 2.0;
+    assert!(refused(&scene).is_some_and(|why| why.contains("near plane")));
 }

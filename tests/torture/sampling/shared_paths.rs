@@ -7,16 +7,16 @@ use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
 use surelight_render::{Renderer, Settings, SharedPaths};
 use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::{AlphaMode, Material, Scene};
+use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
 use surelight_tests::render::{ALPHA, all, device, prepare};
-use surelight_tests::scenes::add;
+use surelight_tests::scenes::{add, lambert};
 
 use super::forms;
 
 const SIZE: [u32; 2] = [24, 24];
 
 /// Scenes, each compared in three channels.
-const SCENES: usize = 9;
+const SCENES: usize = 10;
 
 /// Means of a channel over each quarter and the whole of a picture.
 fn means(film: &Film, channel: usize) -> [f64; 5] {
@@ -110,6 +110,22 @@ fn neighbours_agree_about_diffuse_walls() {
 #[test]
 fn neighbours_agree_about_gloss() {
     check(&forms::lamp(), 16, 0.01, 0.95);
+}
+
+/// A wall before the near plane hides nothing; half of the box lies beyond the far plane, and lights
+/// the rest.
+#[test]
+fn neighbours_agree_about_what_a_near_plane_leaves() {
+    let mut scene = surelight_scene::procedural::cornell_box::cornell_box();
+    scene.name = "cut".into();
+    let (low, high) = scene.bounds().expect("it has walls");
+    let camera = &mut scene.cameras[0];
+    let (eye, backward) = (camera.to_world.translation, camera.to_world.matrix3.z_axis);
+    camera.clip = ClipRange { near: 0.02, far: backward.dot(eye - (low + high) / 2.0) };
+    let [right, up] = [camera.to_world.matrix3.x_axis, camera.to_world.matrix3.y_axis].map(|axis| axis * 0.1);
+    add(&mut scene, Shape::parallelogram(eye - 0.01 * backward, right, up), lambert([0.5; 3]));
+    assert!(prepare(&scene, &Settings::new(8, 8)).features.camera_clip);
+    check(&scene, 32, 0.02, 0.6);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use surelight_scene::procedural::{
     shapes::Shape,
     torture::{light, sampling},
 };
-use surelight_scene::{Camera, Instance, Light, LightKind, Material, Projection, Scene, Volume};
+use surelight_scene::{Camera, ClipRange, Instance, Light, LightKind, Material, Projection, Scene, Volume};
 
 use super::{Case, SIDE, Truth};
 
@@ -165,6 +165,7 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
         name: String::new(),
         to_world,
         projection: Projection::Perspective { yfov: yfov.to_radians(), aspect: Some(1.0) },
+        clip: ClipRange::NONE,
     }
 }
 
@@ -257,6 +258,7 @@ fn mirror() -> Scene {
         name: String::new(),
         to_world: DAffine3::from_translation(DVec3::new(0.0, 0.5, -0.5)),
         projection: Projection::Orthographic { xmag: 0.1, ymag: 0.1 },
+        clip: ClipRange::NONE,
     });
     scene
 }

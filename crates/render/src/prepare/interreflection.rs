@@ -8,6 +8,7 @@ use surelight_accel::{Accel, Hit, NO_INSTANCE, Ray};
 use surelight_scene::{Camera, Material, Projection, Scene};
 
 use super::{
+    clip::Planes,
     lobes::has_facets,
     unreachable::{about, point},
     view::View,
@@ -17,7 +18,7 @@ const RAYS: u32 = 1024;
 
 /// What the next surfaces reflect, over what is seen: Σ a(x) a(y) / Σ a(x) with the albedos a of what a ray through the picture meets, x, and
 /// of what a ray from there meets, y, 0 for emitters and for nothing.
-pub(super) fn share(scene: &Scene, accel: &Accel, camera: &Camera, view: &View) -> f64 {
+pub(super) fn share(scene: &Scene, accel: &Accel, camera: &Camera, view: &View, planes: &Planes) -> f64 {
     let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
     let [origin, right, up, forward] =
         [view.origin, view.right, view.up, view.forward].map(|v| Vec3::from(v).as_dvec3());
@@ -26,6 +27,7 @@ pub(super) fn share(scene: &Scene, accel: &Accel, camera: &Camera, view: &View) 
         let u = point(i, RAYS);
         let across = (2.0 * u.x - 1.0) * right - (2.0 * u.y - 1.0) * up;
         let (from, direction) = if orthographic { (origin + across, forward) } else { (origin, forward + across) };
+        let from = planes.start(from, direction);
         let Some((hit, albedo)) = meet(scene, accel, from, direction) else { continue };
         seen += albedo;
         let Some(normal) = normal(scene, accel, &hit) else { continue };

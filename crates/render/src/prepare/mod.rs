@@ -5,6 +5,7 @@ mod attributes;
 mod blueprint;
 mod casters;
 mod caustics;
+mod clip;
 mod emitters;
 mod environment;
 mod instances;
@@ -34,6 +35,7 @@ use self::{
     attributes::AttributeLayout,
     blueprint::Room,
     caustics::{Caustics, NOTHING_SMOOTH},
+    clip::Planes,
     environment::EnvironmentTable,
     light_flow::{FlowInput, LightFlow},
     lights::{LightKinds, Lights},
@@ -50,7 +52,9 @@ use crate::{compose::Constant, error::RenderError, features::Features, reflect::
 
 pub(crate) use self::microfacets::facet_albedos;
 pub use self::settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
-pub use self::{blueprint::Blueprint, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable};
+pub use self::{
+    blueprint::Blueprint, clip::Cut, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable,
+};
 pub(crate) use self::{
     instances::InstanceRows,
     light_tree::{LightNode, LightPath},
@@ -67,6 +71,8 @@ pub struct Prepared {
     pub features: Features,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
+    /// What the camera's clipping planes cut off the picture.
+    pub cut: Cut,
     /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
     pub integrator: Integrator,
     /// Why [`Integrator::Auto`] chose it.
@@ -75,6 +81,7 @@ pub struct Prepared {
     pub no_caustics: Option<&'static str>,
     pub(crate) caustics: Option<Caustics>,
     pub(crate) view: View,
+    planes: Planes,
     pub(crate) layout: AttributeLayout,
     pub(crate) attributes: Vec<u32>,
     pub(crate) materials: Vec<PreparedMaterial>,
@@ -104,12 +111,13 @@ impl Prepared {
         let build = BuildOptions { layout: Layout::Wide, ..settings.build };
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
         // Trees and tables know nothing of each other, and are made side by side.
-        let (accel, tables, work) = std::thread::scope(|scope| {
+        let (accel, tables, cut, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
-            let work = work(&tables.blueprint(scene, camera, settings, &used));
-            (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, work)
+            let cut = Cut::find(scene, camera, settings);
+            let work = work(&tables.blueprint(scene, camera, settings, &used, cut));
+            (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, cut, work)
         });
         let accel = accel?;
         let Tables { materials, textures, environment, nested } = tables;
@@ -136,6 +144,8 @@ impl Prepared {
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
         let mut features = decide(scene, camera, settings, &used_materials, lights.kinds(), environment.is_some());
         features.instances = !accel.instances.is_empty();
+        features.camera_clip = cut.any();
+        let planes = Planes::new(camera, cut);
         features.nested = nested;
         features.volume |= nested;
         let balls = casters::cover(casters::triangles(scene, accel.origin, &smooth));
@@ -156,7 +166,7 @@ impl Prepared {
         let mut no_caustics = None;
         if matches!(settings.integrator, Integrator::Caustics | Integrator::Auto) {
             let sky = environment.as_ref().map(|table| (table, factor));
-            let traced = match refusal(settings, &features) {
+            let traced = match refusal(settings, &features, cut) {
                 None => Caustics::new(scene, camera, &accel, &lights, sky, &balls, features.volume, flow.delta_share),
                 Some(why) => Err(why),
             };
@@ -172,7 +182,7 @@ impl Prepared {
                 && match settings.shared_paths {
                     SharedPaths::Off => false,
                     SharedPaths::Auto => {
-                        interreflection::share(scene, &accel, camera, &view) >= least_interreflection(&unshared)
+                        interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&unshared)
                     }
                     SharedPaths::On => true,
                 }
@@ -190,7 +200,7 @@ impl Prepared {
         let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
             _ => {
-                let eye = caustics.is_some().then(|| Eye::new(camera, &view));
+                let eye = caustics.is_some().then(|| Eye::new(camera, &view, planes));
                 unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
@@ -206,9 +216,11 @@ impl Prepared {
             unreachable,
             integrator,
             choice,
+            cut,
             no_caustics,
             caustics,
             view,
+            planes,
             layout,
             attributes,
             materials,
@@ -223,13 +235,13 @@ impl Prepared {
 
     /// What the path kernel is made from.
     pub fn blueprint(&self) -> Blueprint {
-        let constants = path_constants(self.room, &self.layout, self.environment.as_ref());
+        let constants = path_constants(self.room, &self.layout, self.environment.as_ref(), &self.planes);
         Blueprint { features: self.features, constants }
     }
 
     /// Constants that kernels are specialised with.
     pub fn constants(&self) -> Vec<Constant> {
-        let mut constants = path_constants(self.room, &self.layout, self.environment.as_ref());
+        let mut constants = path_constants(self.room, &self.layout, self.environment.as_ref(), &self.planes);
         // The light tracing kernel's own.
         let caustics = self.caustics.as_ref();
         constants.push(Constant { name: "CASTERS", value: caustics.map_or(1, Caustics::count) });
@@ -260,10 +272,18 @@ impl Prepared {
 }
 
 /// Constants that the path kernel is specialised with.
-fn path_constants(room: Room, layout: &AttributeLayout, environment: Option<&EnvironmentTable>) -> Vec<Constant> {
+fn path_constants(
+    room: Room,
+    layout: &AttributeLayout,
+    environment: Option<&EnvironmentTable>,
+    planes: &Planes,
+) -> Vec<Constant> {
     let mut constants = room.constants(layout);
     let source_pdf = environment.map_or(f32::INFINITY, |table| table.source_pdf);
     constants.push(Constant { name: "SOURCE_PDF", value: source_pdf.to_bits() });
+    let [near, far] = planes.bits();
+    constants.push(Constant { name: "CLIP_NEAR", value: near });
+    constants.push(Constant { name: "CLIP_FAR", value: far });
     constants
 }
 
@@ -297,7 +317,14 @@ impl Tables {
     }
 
     /// What the scene's kernel will be made from, unless a tree is uncommonly deep or something in the scene cannot be seen.
-    fn blueprint(&self, scene: &Scene, camera: &Camera, settings: &Settings, used: &BTreeSet<usize>) -> Blueprint {
+    fn blueprint(
+        &self,
+        scene: &Scene,
+        camera: &Camera,
+        settings: &Settings,
+        used: &BTreeSet<usize>,
+        cut: Cut,
+    ) -> Blueprint {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),
             _ => 0.0,
@@ -307,6 +334,7 @@ impl Tables {
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &self.materials[i]).collect();
         let mut features = decide(scene, camera, settings, &used_materials, lights, self.environment.is_some());
         features.instances = surelight_accel::expects_instances(scene, &settings.build);
+        features.camera_clip = cut.any();
         features.nested = self.nested;
         features.volume |= self.nested;
         // Not so where nothing smooth can be seen, say, or the camera is inside glass. Panes alone seldom reflect light onto surfaces.
@@ -316,7 +344,7 @@ impl Tables {
             Integrator::Auto => used_materials.iter().any(bends),
             _ => false,
         } && features.light_sampling;
-        features.caustics = traced && refusal(settings, &features).is_none();
+        features.caustics = traced && refusal(settings, &features, cut).is_none();
         // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
         let integrator = match settings.integrator {
             Integrator::Auto if features.caustics => Integrator::Caustics,
@@ -327,7 +355,8 @@ impl Tables {
             && (settings.shared_paths == SharedPaths::On
                 || settings.shared_paths == SharedPaths::Auto && !features.ggx);
         let layout = AttributeLayout::of(scene, &features);
-        let constants = path_constants(Room::likely(scene), &layout, self.environment.as_ref());
+        let constants =
+            path_constants(Room::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
         Blueprint { features, constants }
     }
 }
@@ -455,8 +484,10 @@ fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce()
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.
-fn refusal(settings: &Settings, features: &Features) -> Option<&'static str> {
-    if settings.receiver {
+fn refusal(settings: &Settings, features: &Features, cut: Cut) -> Option<&'static str> {
+    if features.volume && cut.medium {
+        Some("the camera's near plane cuts an absorbing medium")
+    } else if settings.receiver {
         Some("a receiver is measured, which is no camera")
     } else if features.nested {
         Some("volumes overlap")

@@ -18,6 +18,7 @@ use glam::{DVec2, DVec3, Vec3};
 use surelight_accel::{Accel, Ray};
 use surelight_scene::{AlphaMode, Camera, Material, Projection, Scene};
 
+use super::clip::Planes;
 use super::light_flow::LightFlow;
 use super::lobes::{has_facets, is_coated, is_pane};
 use super::view::View;
@@ -177,13 +178,15 @@ pub(super) struct Eye {
     right: DVec3,
     up: DVec3,
     orthographic: bool,
+    planes: Planes,
 }
 
 impl Eye {
-    pub(super) fn new(camera: &Camera, view: &View) -> Self {
+    pub(super) fn new(camera: &Camera, view: &View, planes: Planes) -> Self {
         let [origin, forward, right, up] =
             [view.origin, view.forward, view.right, view.up].map(|v| Vec3::from(v).as_dvec3());
-        Self { origin, forward, right, up, orthographic: matches!(camera.projection, Projection::Orthographic { .. }) }
+        let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
+        Self { origin, forward, right, up, orthographic, planes }
     }
 }
 
@@ -215,11 +218,12 @@ impl Walk<'_> {
         let share = |i: u32| {
             let u = point(i, RAYS) * 2.0 - 1.0;
             let across = eye.right * u.x + eye.up * u.y;
-            if eye.orthographic {
-                self.first(eye.origin + across, eye.forward)
+            let (origin, direction) = if eye.orthographic {
+                (eye.origin + across, eye.forward)
             } else {
-                self.first(eye.origin, (eye.forward + across).normalize())
-            }
+                (eye.origin, (eye.forward + across).normalize())
+            };
+            self.first(eye.planes.start(origin, direction), direction)
         };
         (0..RAYS).filter_map(share).sum::<f64>() / f64::from(RAYS)
     }

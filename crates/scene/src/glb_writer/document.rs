@@ -100,6 +100,8 @@ pub(super) struct Perspective {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) aspect_ratio: Option<f64>,
     pub(super) yfov: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) zfar: Option<f64>,
     pub(super) znear: f64,
 }
 

@@ -175,11 +175,13 @@ fn a_scene_with_everything_comes_back() {
                 name: "wide".into(),
                 to_world: DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.3), position),
                 projection: Projection::Perspective { yfov: 1.1, aspect: None },
+                clip: ClipRange { near: 0.25, far: f64::INFINITY },
             },
             Camera {
                 name: "flat".into(),
                 to_world: DAffine3::IDENTITY,
                 projection: Projection::Orthographic { xmag: 2.0, ymag: 0.75 },
+                clip: ClipRange { near: 0.5, far: 64.0 },
             },
         ],
         lights: vec![
@@ -196,6 +198,8 @@ fn a_scene_with_everything_comes_back() {
     assert!(at(&read).abs_diff_eq(at(&scene), 1e-6));
     expected.materials[0].base_color_texture.as_mut().unwrap().transform = Some(at(&read));
     assert_same(&read, &expected);
+    let clips = |s: &Scene| s.cameras.iter().map(|camera| camera.clip).collect::<Vec<_>>();
+    assert_eq!(clips(&read), clips(&scene));
     assert_eq!(read.lights.len(), 3);
     for (a, b) in read.lights.iter().zip(&scene.lights) {
         assert_eq!((&a.name, a.intensity), (&b.name, b.intensity));

@@ -8,7 +8,7 @@ use super::document::{CameraJson, Document, get};
 use super::error::Result;
 use super::nodes::{Placed, name_of};
 use super::warnings::Warnings;
-use crate::{Camera, Projection};
+use crate::{Camera, ClipRange, Projection};
 
 /// Cameras of the placed nodes, in the order of the nodes.
 pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnings) -> Result<Vec<Camera>> {
@@ -23,7 +23,10 @@ pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnin
             continue;
         };
         match projection(json, &place, warnings) {
-            Some(projection) => cameras.push(Camera { name: name_of(node, json.name.as_ref()), to_world, projection }),
+            Some(projection) => {
+                let clip = clip_range(json, &place, warnings);
+                cameras.push(Camera { name: name_of(node, json.name.as_ref()), to_world, projection, clip });
+            }
             None => warnings.push(format!("The {place} is left out: it is neither perspective nor orthographic.")),
         }
     }
@@ -65,4 +68,21 @@ fn projection(json: &CameraJson, place: &str, warnings: &mut Warnings) -> Option
         }
         _ => None,
     }
+}
+
+/// The planes of the projection that is used. Values that no projection can have clip nothing.
+fn clip_range(json: &CameraJson, place: &str, warnings: &mut Warnings) -> ClipRange {
+    let is_orthographic = json.kind.as_deref() == Some("orthographic");
+    let (near, far) = match (&json.perspective, &json.orthographic) {
+        (Some(p), _) if !is_orthographic => (p.znear, p.zfar),
+        (_, Some(o)) => (o.znear, o.zfar),
+        _ => (None, None),
+    };
+    let (near, far) = (near.unwrap_or(0.0), far.unwrap_or(f64::INFINITY));
+    ClipRange::new(near, far).unwrap_or_else(|| {
+        warnings.push(format!(
+            "The {place} has a znear of {near} and a zfar of {far}, which are no range of depths; nothing is clipped."
+        ));
+        ClipRange::NONE
+    })
 }

@@ -223,6 +223,8 @@ pub(crate) struct CameraJson {
 pub(crate) struct PerspectiveJson {
     pub(crate) yfov: f64,
     pub(crate) aspect_ratio: Option<f64>,
+    pub(crate) znear: Option<f64>,
+    pub(crate) zfar: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -230,6 +232,8 @@ pub(crate) struct PerspectiveJson {
 pub(crate) struct OrthographicJson {
     pub(crate) xmag: f64,
     pub(crate) ymag: f64,
+    pub(crate) znear: Option<f64>,
+    pub(crate) zfar: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]

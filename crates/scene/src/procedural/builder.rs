@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::shapes::Shape;
 use crate::{
-    AlphaMode, Camera, Filter, Image, Instance, Material, Projection, Scene, Texture, TextureRef, Volume, Wrap,
+    AlphaMode, Camera, ClipRange, Filter, Image, Instance, Material, Projection, Scene, Texture, TextureRef, Volume,
+    Wrap,
 };
 
 /// A scene under construction.
@@ -62,6 +63,7 @@ impl Builder {
             name: "camera".to_owned(),
             to_world: look_at(eye, target),
             projection: Projection::Perspective { yfov: yfov.to_radians(), aspect: Some(aspect) },
+            clip: ClipRange::NONE,
         });
     }
 

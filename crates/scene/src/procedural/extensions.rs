@@ -8,8 +8,8 @@ use glam::{DAffine3, DVec3};
 use super::Entry;
 use super::shapes::Shape;
 use crate::{
-    Anisotropy, Camera, Clearcoat, DiffuseTransmission, Instance, Iridescence, Light, LightKind, Material, Projection,
-    Scene, Sheen, Volume,
+    Anisotropy, Camera, Clearcoat, ClipRange, DiffuseTransmission, Instance, Iridescence, Light, LightKind, Material,
+    Projection, Scene, Sheen, Volume,
 };
 
 /// A file of `assets/gltf/`.
@@ -174,6 +174,7 @@ fn scene(name: &str, shapes: Vec<(Shape, DAffine3, Material)>) -> Scene {
         name: "camera".to_owned(),
         to_world: DAffine3::from_translation(DVec3::Z * 3.0),
         projection: Projection::Orthographic { xmag: 0.5, ymag: 0.5 },
+        clip: ClipRange::NONE,
     };
     let mut scene = Scene { name: name.to_owned(), cameras: vec![camera], ..Scene::default() };
     for (shape, to_world, material) in shapes {

@@ -6,7 +6,7 @@ use super::builder::{Builder, emitter, glass, lambert, metal};
 use super::polygon_irradiance;
 use super::random::{SplitMix, fractal_noise};
 use super::shapes::Shape;
-use crate::{Camera, Environment, Projection, Scene, Volume};
+use crate::{Camera, ClipRange, Environment, Projection, Scene, Volume};
 
 /// A diffuse ball in a uniform environment of radiance 1.
 ///
@@ -152,5 +152,6 @@ pub fn terrain(n: u32) -> Scene {
 }
 
 fn orthographic(to_world: DAffine3, half: f64) -> Camera {
-    Camera { name: "camera".to_owned(), to_world, projection: Projection::Orthographic { xmag: half, ymag: half } }
+    let projection = Projection::Orthographic { xmag: half, ymag: half };
+    Camera { name: "camera".to_owned(), to_world, projection, clip: ClipRange::NONE }
 }

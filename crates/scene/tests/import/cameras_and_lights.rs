@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
-use surelight_scene::{Camera, Light, LightKind, Projection, Scene};
+use surelight_scene::{Camera, ClipRange, Light, LightKind, Projection, Scene};
 
 use crate::build::{Gltf, warned};
 
@@ -39,6 +39,32 @@ fn orthographic_cameras() {
     assert_eq!(camera.projection, Projection::Orthographic { xmag: 3.0, ymag: 2.0 });
     assert_eq!(camera.name, "node");
     assert!(warnings.is_empty());
+}
+
+#[test]
+fn clip_ranges() {
+    let clip = |kind: &str, near: Value, far: Value| {
+        let mut projection = json!({"yfov": 1, "xmag": 1, "ymag": 1});
+        for (name, value) in [("znear", near), ("zfar", far)].into_iter().filter(|(_, value)| !value.is_null()) {
+            projection[name] = value;
+        }
+        let (camera, warnings) = camera(json!({"type": kind, kind: projection}), json!({"camera": 0}));
+        (camera.clip, warnings)
+    };
+    for kind in ["perspective", "orthographic"] {
+        let range = |near, far| (ClipRange { near, far }, Vec::new());
+        assert_eq!(clip(kind, json!(0.1), json!(100)), range(0.1, 100.0));
+        assert_eq!(clip(kind, json!(0.1), Value::Null), range(0.1, f64::INFINITY));
+        assert_eq!(clip(kind, Value::Null, Value::Null), range(0.0, f64::INFINITY));
+        for (near, far) in
+            [(json!(-1), json!(1)), (json!(2), json!(2)), (json!(3), json!(2)), (json!(1e300), json!(1e301))]
+        {
+            let (found, warnings) = clip(kind, near, far);
+            assert_eq!(found, ClipRange::NONE);
+            assert_eq!(warnings.len(), 1, "{warnings:?}");
+            assert!(warnings[0].contains("camera 0") && warnings[0].contains("znear"), "{warnings:?}");
+        }
+    }
 }
 
 #[test]

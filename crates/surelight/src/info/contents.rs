@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_scene::{Camera, Environment, Light, LightKind, Projection, Scene};
+use surelight_scene::{Camera, ClipRange, Environment, Light, LightKind, Projection, Scene};
 
 /// What a scene holds.
 #[derive(Debug, Serialize)]
@@ -91,13 +91,16 @@ fn environment(environment: &Environment) -> String {
 
 fn camera(camera: &Camera) -> String {
     let name = &camera.name;
+    let ClipRange { near, far } = camera.clip;
+    let near = if near > 0.0 { format!(", znear {near} m") } else { String::new() };
+    let far = if far.is_finite() { format!(", zfar {far} m") } else { String::new() };
     match camera.projection {
         Projection::Perspective { yfov, aspect } => {
             let aspect = aspect.map_or(String::new(), |aspect| format!(", aspect {aspect:.3}"));
-            format!("\"{name}\" perspective, {:.1} degrees high{aspect}", yfov.to_degrees())
+            format!("\"{name}\" perspective, {:.1} degrees high{aspect}{near}{far}", yfov.to_degrees())
         }
         Projection::Orthographic { xmag, ymag } => {
-            format!("\"{name}\" orthographic, {} x {} m", 2.0 * xmag.abs(), 2.0 * ymag.abs())
+            format!("\"{name}\" orthographic, {} x {} m{near}{far}", 2.0 * xmag.abs(), 2.0 * ymag.abs())
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What in a scene asks for a part of the kernel.
 
-use surelight_scene::{AlphaMode, LightKind, Material, Mesh, Scene};
+use surelight_scene::{AlphaMode, ClipRange, LightKind, Material, Mesh, Scene};
 
 /// What asks for the feature of this name; `None` where it is no single thing of the file.
 pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
@@ -61,6 +61,10 @@ pub(super) fn find(feature: &str, scene: &Scene) -> Option<String> {
                 LightKind::Directional { .. } => "directional",
             });
             named("light", kinds.enumerate())
+        }
+        "camera_clip" => {
+            let all = scene.cameras.iter().enumerate();
+            named("camera", all.filter(|(_, c)| c.clip != ClipRange::NONE).map(|(i, c)| (i, c.name.as_str())))
         }
         "textures" => Some(format!("{} textures", scene.textures.len())).filter(|_| !scene.textures.is_empty()),
         _ => None,

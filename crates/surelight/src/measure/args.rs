@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args};
 
 use crate::method::{Integrator, MethodArgs};
-use crate::options::{CameraArgs, FileArgs, LightArgs};
+use crate::options::{CameraArgs, Clip, FileArgs, LightArgs};
 use crate::parse::{self as value, Bounces, Selector, Size};
 
 /// `surelight measure SCENE`.
@@ -102,9 +102,10 @@ pub(crate) struct MeasureArgs {
 impl MeasureArgs {
     /// What is wrong with the combination, if anything.
     pub(crate) fn conflict(&self) -> Option<&'static str> {
-        let CameraArgs { camera, eye, target, fov, aperture, focus } = &self.camera;
+        let CameraArgs { camera, eye, target, fov, aperture, focus, clip } = &self.camera;
         let view = camera.is_some() || eye.is_some() || target.is_some() || fov.is_some();
         let view = view || aperture.is_some() || focus.is_some() || self.size.is_some();
+        let view = view || *clip == Clip::Off;
         match self.region {
             None if view => {
                 Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use surelight_render::{Integrator, Settings};
-use surelight_scene::{Camera, Projection, Scene};
+use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use super::args::MeasureArgs;
 use crate::camera::{self, View};
@@ -82,6 +82,7 @@ fn ray(point: DVec3, direction: DVec3, option: &'static str) -> Result<Camera, E
         name: String::new(),
         to_world: DAffine3 { matrix3: DMat3::from_cols(right, up, -forward), translation: point },
         projection: Projection::Perspective { yfov: 0.0, aspect: None },
+        clip: ClipRange::NONE,
     })
 }
 
@@ -120,14 +121,14 @@ fn window(view: &View, [x0, y0, x1, y1]: [u32; 4]) -> (Camera, f64) {
             );
             let projection = Projection::Perspective { yfov: std::f64::consts::FRAC_PI_2, aspect: None };
             let to_world = DAffine3 { matrix3: matrix, translation: place };
-            (Camera { name: String::new(), to_world, projection }, stretch)
+            (Camera { name: view.camera.name.clone(), to_world, projection, clip: view.camera.clip }, stretch)
         }
         Projection::Orthographic { ymag, xmag, .. } => {
             let (right, up) = (axes.x_axis * ymag * aspect, axes.y_axis * ymag);
             let translation = place + middle[0] * right - middle[1] * up;
             let projection = Projection::Orthographic { ymag: ymag * share[1], xmag: xmag * share[0] };
             let to_world = DAffine3 { matrix3: axes, translation };
-            (Camera { name: String::new(), to_world, projection }, 1.0)
+            (Camera { name: view.camera.name.clone(), to_world, projection, clip: view.camera.clip }, 1.0)
         }
     }
 }
@@ -160,7 +161,7 @@ mod tests {
             Projection::Orthographic { xmag: 3.0, ymag: 2.0 },
         ] {
             let to_world = DAffine3 { matrix3: rotation, translation: DVec3::new(1.0, 2.0, 3.0) };
-            let camera = Camera { name: String::new(), to_world, projection };
+            let camera = Camera { name: String::new(), to_world, projection, clip: ClipRange::NONE };
             let view = View { camera, size: Size { width: 60, height: 40 }, lens: None, note: None };
             for region in [[0, 0, 60, 40], [50, 3, 57, 20], [0, 39, 1, 40]] {
                 let (part, stretch) = window(&view, region);

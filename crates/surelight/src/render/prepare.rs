@@ -55,6 +55,7 @@ impl Loaded {
         if broken > 0 {
             self.warnings.push(format!("triangles with corners that are not finite were left out: {broken}"));
         }
+        self.warnings.extend(camera::cut_warning(&self.view.camera, prepared.cut));
         if let Some(why) = prepared.no_caustics {
             self.warnings.push(format!(
                 "no light is traced from the lights, since {why}: the picture is that of --integrator mis"

@@ -6,7 +6,7 @@ use surelight_render::{Counts, Device, Renderer, Standing};
 
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
-use crate::options::RenderArgs;
+use crate::options::{Clip, RenderArgs};
 
 use super::prepare::Loaded;
 
@@ -121,6 +121,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         ("camera", camera),
         ("aperture", json!(view.lens.map(|lens| lens.aperture))),
         ("focus", json!(view.lens.map(|lens| lens.focus))),
+        ("clip", json!((args.camera.clip == Clip::Off).then(|| word(Clip::Off)))),
         ("env", json!(args.light.env.as_ref().map(|env| env.display().to_string()))),
         ("env-rotate", json!(args.light.env_rotate)),
         ("env-scale", json!(args.light.env_scale)),

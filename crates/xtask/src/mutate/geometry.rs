@@ -104,4 +104,22 @@ pub(super) const ROWS: &[Mutation] = &[
         binary: BINARY,
         test: "normals::shading_normal_flip",
     },
+    Mutation {
+        case: 19,
+        mistake: "a near plane that is a sphere around the camera",
+        file: "shaders/scene/camera.wesl",
+        from: "return bitcast<f32>(CLIP_NEAR) / dot(direction, depth_axis());",
+        to: "return bitcast<f32>(CLIP_NEAR);",
+        binary: BINARY,
+        test: "clip::near_plane_perspective",
+    },
+    Mutation {
+        case: 19,
+        mistake: "all rays of a path end at the far plane's distance",
+        file: "shaders/estimator/vertex.wesl",
+        from: "@if(camera_clip) { (*path).t_max = FAR; }",
+        to: "",
+        binary: BINARY,
+        test: "clip::cut_surfaces_keep_light_off",
+    },
 ];

@@ -9,7 +9,7 @@ use super::super::builder::{Builder, emitter, glass, lambert, metal};
 use super::super::probes;
 use super::super::shapes::Shape;
 use super::Case;
-use crate::{AlphaMode, Camera, Environment, Light, LightKind, Material, Projection, Scene, Volume};
+use crate::{AlphaMode, Camera, ClipRange, Environment, Light, LightKind, Material, Projection, Scene, Volume};
 
 /// The group's cases. Reciprocity (27) is of the BSDF alone and has no scene.
 pub const CASES: &[Case] = &[
@@ -91,6 +91,7 @@ fn from_above(half_width: f64, half_height: f64) -> Camera {
         name: "camera".to_owned(),
         to_world: DAffine3::from_mat3_translation(turn, DVec3::Y * 5.0),
         projection: Projection::Orthographic { xmag: half_width, ymag: half_height },
+        clip: ClipRange::NONE,
     }
 }
 
@@ -121,6 +122,7 @@ fn ggx_mirror() -> Scene {
         name: "camera".to_owned(),
         to_world: DAffine3::from_mat3_translation(turn, DVec3::new(0.0, 2.0, 2.0)),
         projection: Projection::Orthographic { xmag: 0.5, ymag: 0.5 },
+        clip: ClipRange::NONE,
     });
     scene
 }
@@ -153,6 +155,7 @@ pub fn tir_cone(ior: f32) -> Scene {
         name: "camera".to_owned(),
         to_world: DAffine3::from_quat(DQuat::from_rotation_x(FRAC_PI_2)),
         projection: Projection::Perspective { yfov: 2.0 * TIR_HALF_VIEW.to_radians(), aspect: Some(1.0) },
+        clip: ClipRange::NONE,
     });
     scene
 }

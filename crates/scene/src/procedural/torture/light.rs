@@ -10,7 +10,7 @@ use super::super::random::SplitMix;
 use super::super::shapes::Shape;
 use super::super::{polygon_irradiance, probes, quad_light};
 use super::Case;
-use crate::{Camera, Light, LightKind, Projection, Scene, Volume};
+use crate::{Camera, ClipRange, Light, LightKind, Projection, Scene, Volume};
 
 /// The group's cases. The one-hot texel (36) is an environment map, which glTF does not hold.
 pub const CASES: &[Case] = &[
@@ -74,6 +74,7 @@ fn from_above(at: DVec3, half: f64) -> Camera {
         name: "camera".to_owned(),
         to_world: DAffine3::from_mat3_translation(turn, at + DVec3::Y * 3.0),
         projection: Projection::Orthographic { xmag: half, ymag: half },
+        clip: ClipRange::NONE,
     }
 }
 
@@ -181,6 +182,7 @@ pub fn many_lamps(n: u32, only: Option<u32>) -> Scene {
         name: "camera".to_owned(),
         to_world: DAffine3::from_mat3_translation(turn, DVec3::Y * 0.4),
         projection: Projection::Orthographic { xmag: 1.0, ymag: 1.0 },
+        clip: ClipRange::NONE,
     });
     scene
 }
@@ -222,6 +224,7 @@ pub fn sds(radius: Option<f64>) -> Scene {
         name: "camera".to_owned(),
         to_world: super::super::builder::look_at(DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.1, 0.2)),
         projection: Projection::Perspective { yfov: 30f64.to_radians(), aspect: Some(1.0) },
+        clip: ClipRange::NONE,
     });
     scene
 }

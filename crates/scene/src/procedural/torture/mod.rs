@@ -13,7 +13,7 @@ pub mod sampling;
 use glam::DAffine3;
 
 use super::Entry;
-use crate::{Camera, Projection, Scene};
+use crate::{Camera, ClipRange, Projection, Scene};
 
 /// A case of the torture list.
 pub struct Case {
@@ -57,5 +57,6 @@ fn named(name: &str, scene: Scene) -> Scene {
 
 /// Parallel rays over a square of half-width `half`.
 fn orthographic(to_world: DAffine3, half: f64) -> Camera {
-    Camera { name: "camera".to_owned(), to_world, projection: Projection::Orthographic { xmag: half, ymag: half } }
+    let projection = Projection::Orthographic { xmag: half, ymag: half };
+    Camera { name: "camera".to_owned(), to_world, projection, clip: ClipRange::NONE }
 }
