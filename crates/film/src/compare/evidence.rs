@@ -1,13 +1,13 @@
 //! One test of two pictures' means over the same pixels, bounded by what rare samples may do.
 //!
 //! Where light comes by rare, bright samples, a picture that has not met its share of them is too
-//! dark *and* believes in too small a variance. Welch's t is then far too large, and a test at
-//! level 10⁻⁴ raises false alarms one time in ten. The variance alone does not show it; the size
-//! of the largest samples does.
+//! dark *and* believes in too small a variance. Welch's t is then far too large: of real files
+//! under a studio map one in seven raised a false alarm at α = 0.01. The variance alone does not
+//! show it; the size of the largest samples does.
 //!
 //! Let the mean over a pool of pixels jump by m when one more such sample comes. If all of the
 //! variance V came from them, their number would be a Poisson count: the darker picture has met
-//! k = V/m² of the λ = k + |D|/m that the difference D asks for. The signed root of that count's
+//! k = V/m² of the λ = k + |D|/m that the difference D asks for. The root of that count's
 //! deviance, √(2(λ − k − k ln(λ/k))), is nearly normal (McCullagh, Nelder, *Generalized Linear
 //! Models*, 1989, section 2.4) and takes the place of |D|/√V, which it tends to as m → 0. Half a
 //! sample is counted as met, as is usual for counts: with none met, the p-value is about e^(−λ).
@@ -100,7 +100,7 @@ impl Evidence {
     }
 }
 
-/// The signed root of the deviance: how many standard errors a difference is worth.
+/// The root of the deviance: how many standard errors a difference is worth.
 fn root(difference: f64, variance: f64, jump: f64) -> f64 {
     let met = variance / (jump * jump) + 0.5;
     let missing = (difference / jump - 0.5).max(0.0);
@@ -144,8 +144,8 @@ mod tests {
     /// Of λ events none comes with probability e^(−λ), which no variance tells.
     #[test]
     fn what_has_met_no_event_may_have_missed_some() {
-        for events in [2.0, 5.0, 10.0, 20.0] {
-            let missed = (-events as f64).exp();
+        for events in [2.0f64, 5.0, 10.0, 20.0] {
+            let missed = (-events).exp();
             let p = evidence(0.01 * events, 1e-12, 0.01).test().p;
             assert!((0.5..4.0).contains(&(p / missed)), "{events}: {p} for {missed}");
         }
