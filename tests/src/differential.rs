@@ -4,7 +4,7 @@ use surelight_estimate::sidak_level;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
 use surelight_film::{Film, Metadata, read_exr, write_exr};
 use surelight_render::{Directions, Integrator, Prepared, Renderer, Settings};
-use surelight_scene::{Camera, Scene};
+use surelight_scene::{Camera, Material, Scene};
 
 use crate::render::{ALPHA, device};
 
@@ -28,7 +28,12 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
     let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
     let folder = tempfile::tempdir().expect("a folder for pictures");
     let path = folder.path().join("picture.exr");
-    let mut integrators = vec![Integrator::Mis, Integrator::Area];
+    let mut integrators = vec![Integrator::Mis];
+    if scene.materials.iter().any(is_nearly_smooth) {
+        println!("{name}: without area, which meets narrow lobes one time in millions");
+    } else {
+        integrators.push(Integrator::Area);
+    }
     if scene.lights.is_empty() {
         integrators.push(Integrator::Hemisphere(Directions::Bsdf));
     }
@@ -61,6 +66,12 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
             Outcome::Differ => tally.failures.push(text),
         }
     }
+}
+
+/// Whether a lobe is no delta, but so narrow that a sampled point on a light hardly ever falls into it.
+fn is_nearly_smooth(m: &Material) -> bool {
+    const NARROW: std::ops::Range<f32> = 0.0101..0.2;
+    NARROW.contains(&m.roughness) || m.clearcoat.factor > 0.0 && NARROW.contains(&m.clearcoat.roughness)
 }
 
 fn picture(scene: &Scene, camera: &Camera, integrator: Integrator, seed: u32, side: u32, samples: u32) -> Film {

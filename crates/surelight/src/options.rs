@@ -35,7 +35,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) method: MethodArgs,
 
-    /// Scattering events a path may have: 0 emission only, 1 direct light, … or `unlimited`
+    /// Scattering events a path may have: 0 emission only, 1 direct light, … or `unlimited`; going straight through a
+    /// pane is none
     #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited")]
     pub(crate) max_bounces: Bounces,
 

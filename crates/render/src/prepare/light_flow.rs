@@ -131,11 +131,7 @@ impl LightFlow {
         if input.balls.is_empty() || !input.accel.bounds.lo.is_finite() || !input.accel.bounds.hi.is_finite() {
             return Self::default();
         }
-        let flow = Flow::new(input).measure();
-        if std::env::var_os("FLOW").is_some() {
-            eprintln!("FLOW {flow:?}");
-        }
-        flow
+        Flow::new(input).measure()
     }
 }
 

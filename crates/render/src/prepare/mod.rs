@@ -182,7 +182,8 @@ impl Prepared {
                 && match settings.shared_paths {
                     SharedPaths::Off => false,
                     SharedPaths::Auto => {
-                        interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&unshared)
+                        interreflection::share(scene, &accel, camera, &view, &planes)
+                            >= least_interreflection(&unshared)
                     }
                     SharedPaths::On => true,
                 }
