@@ -69,9 +69,9 @@ fn transmittance() {
             for integrator in [Integrator::Mis, Integrator::Area] {
                 let settings = Settings { integrator, max_bounces: Some(1), ..Settings::new(8, 8) };
                 let film = render(&scene, &settings, 2, 4);
-                for c in 0..3 {
+                for (c, tint) in tint.into_iter().enumerate() {
                     let open = 0.5 / PI * f64::from(sun[0].intensity[c]) * slant.cos();
-                    let truth = open * (through * f64::from(tint[c])).powi(count as i32);
+                    let truth = open * (through * f64::from(tint)).powi(count as i32);
                     for i in all(&film) {
                         let error = film.mean(i)[c] / truth - 1.0;
                         assert!(error.abs() < 2e-5, "{count} panes at {slant} by {integrator:?}: {error:+.1e}");
@@ -222,9 +222,8 @@ fn panes_in_media_bound_none() {
     scene.cameras.push(orthographic(look_at(DVec3::Y * 3.0, DVec3::ZERO, DVec3::NEG_Z), 0.2));
     let film = render(&scene, &Settings::new(8, 8), 16, 64);
     // What the divider reflects has the same way to go: half a metre there and back.
-    let truth = [0.5, 0.6, 0.7];
-    for c in 0..3 {
+    for (c, truth) in [0.5, 0.6, 0.7].into_iter().enumerate() {
         let mean = all(&film).map(|i| film.mean(i)[c]).sum::<f64>() / 64.0;
-        assert!((mean / truth[c] - 1.0).abs() < 2e-5, "channel {c}: {mean} instead of {}", truth[c]);
+        assert!((mean / truth - 1.0).abs() < 2e-5, "channel {c}: {mean} instead of {truth}");
     }
 }
