@@ -12,7 +12,7 @@ use super::shapes::Shape;
 use crate::{Light, LightKind, Material, Scene};
 
 /// Cosine of the angle at which sunlight meets the pane: the sun shines along (−12, −9, −4)/√241.
-pub const SUN_COSINE: f64 = 0.772_988_923_6;
+pub const SUN_COSINE: f64 = 0.772_987_951_7;
 
 /// The scene.
 pub fn window() -> Scene {
