@@ -73,7 +73,8 @@ pub(crate) fn cut_warning(camera: &Camera, cut: Cut) -> Option<String> {
         (false, true) => format!("farther than zfar = {far} m"),
         (false, false) => return None,
     };
-    Some(format!("camera \"{}\" does not show what is {what} (--clip off shows it)", camera.name))
+    let name = if camera.name.is_empty() { "the camera".into() } else { format!("camera \"{}\"", camera.name) };
+    Some(format!("{name} does not show what is {what} (--clip off shows it)"))
 }
 
 /// A camera of the file, by name or else by number.

@@ -7,7 +7,7 @@ use surelight_scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 use super::{
     Integrator, luminance,
     parallelograms::{self, Piece},
-    textures::lookup_srgb,
+    textures::{lookup_alpha, lookup_srgb},
 };
 
 /// A triangle of a mesh that emits, or two that form a parallelogram.
@@ -109,12 +109,10 @@ fn mean_emission(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32;
     for i in 0..n {
         for j in 0..n - i {
             let (b1, b2) = ((i as f32 + 1.0 / 3.0) / n as f32, (j as f32 + 1.0 / 3.0) / n as f32);
-            let lookup = |&(texture, uvs): &(&TextureRef, [Vec2; 3])| {
-                lookup_srgb(scene, texture, uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]))
-            };
-            let emission = emissive.as_ref().map_or([1.0; 4], lookup);
+            let at = |uvs: [Vec2; 3]| uvs[0] + b1 * (uvs[1] - uvs[0]) + b2 * (uvs[2] - uvs[0]);
+            let emission = emissive.map_or([1.0; 3], |(texture, uvs)| lookup_srgb(scene, texture, at(uvs)));
             let alpha = material.base_color[3]
-                * base.as_ref().map_or(1.0, |base| lookup(base)[3])
+                * base.map_or(1.0, |(texture, uvs)| lookup_alpha(scene, texture, at(uvs)))
                 * (alphas[0] + b1 * (alphas[1] - alphas[0]) + b2 * (alphas[2] - alphas[0]));
             let coverage = coverage(material, alpha);
             for c in 0..3 {

@@ -38,6 +38,8 @@ const AIMED_RAYS: u32 = 8192;
 const MAX_EVENTS: u32 = 32;
 /// Surfaces without cover, and panes, that a ray may pass.
 const MAX_PASSED: u32 = 64;
+/// After so many surfaces half of the rays end at each further one (Russian roulette).
+const SURE_SURFACES: u32 = 4;
 /// Photons at whose places irradiance is estimated.
 const MAX_PLACES: usize = 512;
 /// Photons that an estimate of irradiance is made from.
@@ -431,6 +433,13 @@ impl<'a> Flow<'a> {
         let (mut u, mut length, mut lobes) = (u, 0.0, 1.0);
         let (mut events, mut passed) = (0, 0);
         while events <= MAX_EVENTS && passed <= MAX_PASSED {
+            if events + passed >= SURE_SURFACES {
+                if u < 0.5 {
+                    return Fate::Lost;
+                }
+                u = 2.0 * u - 1.0;
+                flux *= 2.0;
+            }
             let Some(hit) = self.input.accel.intersect(&Ray::new(origin.as_vec3(), direction.as_vec3())) else {
                 return Fate::Lost;
             };

@@ -1,6 +1,6 @@
 //! Texels of every image in use, and how materials look them up.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::OnceLock};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Affine2;
@@ -72,8 +72,23 @@ impl Textures {
     }
 }
 
-/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an sRGB texture, and its alpha.
-pub(crate) fn lookup_srgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 4] {
+/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an sRGB texture.
+pub(crate) fn lookup_srgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 3] {
+    lookup(scene, reference, uv, |texel| [texel[0], texel[1], texel[2]].map(srgb_to_linear))
+}
+
+/// Likewise, a texture's alpha.
+pub(crate) fn lookup_alpha(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> f32 {
+    let [alpha] = lookup(scene, reference, uv, |texel| [f32::from(texel[3]) / 255.0]);
+    alpha
+}
+
+fn lookup<const N: usize>(
+    scene: &Scene,
+    reference: &TextureRef,
+    uv: glam::Vec2,
+    decode: impl Fn(&[u8]) -> [f32; N],
+) -> [f32; N] {
     let texture = &scene.textures[reference.texture];
     let image = &scene.images[texture.image];
     let uv = reference.transform.map_or(uv, |m| m.transform_point2(uv));
@@ -81,15 +96,14 @@ pub(crate) fn lookup_srgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2)
     let nearest = texture.filter == Filter::Nearest;
     let corner = if nearest { p.floor() } else { (p - 0.5).floor() };
     let f = if nearest { glam::Vec2::ZERO } else { p - 0.5 - corner };
-    let fetch = |dx: i64, dy: i64| -> [f32; 4] {
+    let fetch = |dx: i64, dy: i64| {
         let x = wrap_coordinate(corner.x as i64 + dx, i64::from(image.width), texture.wrap_s);
         let y = wrap_coordinate(corner.y as i64 + dy, i64::from(image.height), texture.wrap_t);
         let at = 4 * (y as usize * image.width as usize + x as usize);
-        let [r, g, b, a] = [0, 1, 2, 3].map(|c| f32::from(image.rgba[at + c]) / 255.0);
-        [srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b), a]
+        decode(&image.rgba[at..at + 4])
     };
     let (a, b, c, d) = (fetch(0, 0), fetch(1, 0), fetch(0, 1), fetch(1, 1));
-    [0, 1, 2, 3].map(|k| {
+    std::array::from_fn(|k| {
         let top = a[k] + (b[k] - a[k]) * f.x;
         let bottom = c[k] + (d[k] - c[k]) * f.x;
         top + (bottom - top) * f.y
@@ -107,6 +121,14 @@ fn wrap_coordinate(i: i64, size: i64, wrap: Wrap) -> i64 {
     }
 }
 
-fn srgb_to_linear(c: f32) -> f32 {
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+/// sRGB to linear (IEC 61966-2-1), by a table.
+fn srgb_to_linear(byte: u8) -> f32 {
+    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
+    let table = TABLE.get_or_init(|| {
+        std::array::from_fn(|i| {
+            let c = i as f32 / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        })
+    });
+    table[usize::from(byte)]
 }
