@@ -124,3 +124,49 @@ fn paths_need_not_be_utf_8() {
     .succeeded();
     assert!(at(&chart).is_file());
 }
+
+/// A name of 255 bytes is the longest that a file can have; its checkpoint's is made shorter.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_may_be_as_long_as_the_file_system_allows() {
+    let folder = Folder::new();
+    let long = |length: usize| "n".repeat(length - ".exr".len()) + ".exr";
+    for length in [243, 255] {
+        folder.run(&format!("{{box}} --size 8x8 --spp 2 --quiet -o {}", long(length))).succeeded();
+    }
+    assert_eq!(folder.files(), [long(243), long(255)]);
+
+    // At this many samples the test would not end if rendering came first.
+    let forever = "{box} --size 512x512 --spp 1000000";
+    folder.run(&format!("{forever} -o {}", long(256))).failed_with(&["n.exr", "name is too long"]);
+
+    let line = format!("{{box}} --size 8x8 --spp 1000000 --time 0.5s --quiet --json -o {}", long(255));
+    let ran = folder.run(&line);
+    assert_eq!(ran.code, Some(3), "{ran:#?}");
+    let summary: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    let checkpoint = summary["checkpoint"].as_str().unwrap();
+    assert!(folder.path(checkpoint).is_file() && checkpoint.ends_with(".checkpoint.exr"), "{summary}");
+    let ran = folder.run(&format!("{line} --resume"));
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(3), ""));
+    assert_eq!(folder.files().len(), 3, "{:?}", folder.files());
+}
+
+/// What is written through a link is the file it names, whether that is there already or not.
+#[cfg(unix)]
+#[test]
+fn outputs_are_written_through_links() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new();
+    fs::create_dir(folder.path("far")).unwrap();
+    symlink("far/frame.exr", folder.path("latest.exr")).unwrap();
+    for seed in [1, 2] {
+        folder.run(&format!("{{box}} --size 8x8 --spp 2 --quiet -o latest.exr --seed {seed}")).succeeded();
+        assert!(folder.path("latest.exr").is_symlink());
+        let metadata = read_exr(&folder.path("far/frame.exr")).unwrap().surelight_metadata().unwrap();
+        assert_eq!(metadata.seed, seed);
+    }
+    let forever = "{box} --size 512x512 --spp 1000000";
+    folder.run(&format!("{forever} -o latest.exr -o far/frame.exr")).failed_with(&["far/frame.exr", "twice"]);
+    symlink("gone/frame.exr", folder.path("lost.exr")).unwrap();
+    folder.run(&format!("{forever} -o lost.exr")).failed_with(&["lost.exr", "gone", "does not exist"]);
+}
