@@ -1,6 +1,7 @@
 //! The file that a render can go on from: `NAME.checkpoint.exr` beside the first output.
 //!
-//! It is written now and then, and when the render ends before its goal; it is removed when the goal is met.
+//! It is written now and then, when the render ends before its goal, and when an output cannot be written;
+//! it is removed when the goal is met and all outputs are written.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -37,6 +38,11 @@ impl Checkpoint {
     /// The file.
     pub(super) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file, where it is of this render.
+    pub(super) fn kept(&self) -> Option<PathBuf> {
+        self.ours.then(|| self.path.clone())
     }
 
     /// As an output, whose place can be checked.
