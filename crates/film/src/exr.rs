@@ -120,14 +120,14 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
             return Err("its parts differ in size or place".into());
         }
         let prefix = match &part.attributes.layer_name {
-            Some(name) if several => format!("{name}."),
+            Some(name) if several => format!("{}.", decode_text(name)),
             _ => String::new(),
         };
         for channel in part.channel_data.list {
             if channel.sampling.0 != 1 || channel.sampling.1 != 1 {
                 return Err(format!("its channel \"{}\" is subsampled", channel.name));
             }
-            let name = format!("{prefix}{}", channel.name);
+            let name = prefix.clone() + &decode_text(&channel.name);
             if name.starts_with(PREFIX) {
                 continue; // of a part of a render: no floats
             }
@@ -141,9 +141,14 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
 /// The text of our attribute, where there is one.
 pub(crate) fn attribute_text(attributes: &HashMap<Text, AttributeValue>) -> Option<String> {
     match attributes.get(&Text::from(ATTRIBUTE))? {
-        AttributeValue::Text(text) => Some(text.to_string()),
+        AttributeValue::Text(text) => Some(decode_text(text)),
         _ => None,
     }
+}
+
+/// A text of a file: UTF-8, as OpenEXR writes it today, else Latin-1.
+fn decode_text(text: &Text) -> String {
+    std::str::from_utf8(text.bytes()).map_or_else(|_| text.to_string(), str::to_owned)
 }
 
 /// Samples of any kind as floats.
@@ -258,6 +263,28 @@ mod tests {
         assert_eq!(image.channels["Tail.K"], film.certify().tail);
         assert_eq!(image.channels["A"], [1.0; 6]);
         assert_eq!(image.surelight_metadata(), Some(metadata()));
+    }
+
+    /// Names in all scripts, of files and of what is in them, come back as they were.
+    #[test]
+    fn metadata_may_hold_any_characters() {
+        let names = ["日本.glb", "a–b.glb", "❤.glb", "e\u{301}", "é", "😀\u{10ffff}", "\u{fffd}", "\"\\\n\u{7f}"];
+        let mut metadata = metadata();
+        metadata.device = "Intel® Arc™".into();
+        for name in names {
+            metadata.settings.insert(name.into(), name.into());
+        }
+        let bytes = encode_exr(&film(), &metadata).unwrap();
+        let image = decode(&bytes).unwrap();
+        assert!(image.metadata.as_ref().is_some_and(|json| json.is_ascii()), "{:?}", image.metadata);
+        assert_eq!(image.surelight_metadata(), Some(metadata));
+    }
+
+    #[test]
+    fn texts_are_utf_8_or_latin_1() {
+        let decoded = |bytes: &[u8]| decode_text(&Text::from_slice_unchecked(bytes));
+        assert_eq!(decoded("光.R".as_bytes()), "光.R");
+        assert_eq!(decoded(b"Stra\xdfe.R"), "Straße.R");
     }
 
     #[test]

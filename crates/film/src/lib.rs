@@ -46,7 +46,7 @@ mod tail;
 mod tonemap;
 mod words;
 
-pub use atomic::{remove_leftovers, write_file};
+pub use atomic::{check_writable, follow_links, remove_leftovers, write_file};
 pub use batch::BatchSum;
 pub use double_double::DoubleDouble;
 pub use error::{FilmError, ReadError, WriteError};

@@ -26,7 +26,7 @@ pub(crate) struct CompareArgs {
     b: PathBuf,
 
     /// Write a picture of the differences: warm where A is brighter, cool where it is darker
-    #[arg(long, value_name = "OUT.png", value_parser = value::png_path)]
+    #[arg(long, value_name = "OUT.png", value_parser = value::png_paths())]
     map: Option<OutputPath>,
 
     /// The variance of B's pixels (of their means, not of single samples), as an image of the same size; instead of B's own layer

@@ -1,6 +1,8 @@
 //! What ends a command early, and how it is told: one sentence on standard error and an exit code.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use surelight_film::WriteError;
 
 /// Anything that ends a command with exit code 1.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +29,17 @@ pub(crate) enum Error {
     Bench(#[from] surelight_bench::BenchError),
     /// An image could not be written.
     #[error(transparent)]
-    Write(#[from] surelight_film::WriteError),
+    Write(#[from] WriteError),
+    /// Some of the images of a render could not be written.
+    #[error("{}", outputs_sentence(failed, saved, checkpoint.as_deref()))]
+    Outputs {
+        /// What could not be written, and why.
+        failed: Vec<WriteError>,
+        /// What was written.
+        saved: Vec<PathBuf>,
+        /// What the render can go on from.
+        checkpoint: Option<PathBuf>,
+    },
     /// A formula that is not one.
     #[error(transparent)]
     Formula(#[from] surelight_render::FormulaError),
@@ -97,6 +109,22 @@ pub(crate) enum Error {
     Print(std::io::Error),
 }
 
+/// Every file that could not be written with its cause, then all that were.
+fn outputs_sentence(failed: &[WriteError], saved: &[PathBuf], checkpoint: Option<&Path>) -> String {
+    let failed: Vec<_> = failed
+        .iter()
+        .map(|error| format!("the file \"{}\" could not be written: {}", error.path.display(), error.cause))
+        .collect();
+    let saved: Vec<_> = saved.iter().map(|path| format!("\"{}\"", path.display())).collect();
+    let saved = match saved.len() {
+        0 => String::new(),
+        1 => format!("; {} was saved", saved[0]),
+        _ => format!("; {} were saved", saved.join(", ")),
+    };
+    let remedy = checkpoint.map_or_else(String::new, |path| format!("; --resume goes on from \"{}\"", path.display()));
+    failed.join("; ") + &saved + &remedy
+}
+
 /// A message in the form in which it stands after "error: ": on one line, no capital article, no full stop.
 pub(crate) fn sentence(message: &str) -> String {
     let line = message.lines().map(str::trim).collect::<Vec<_>>().join(" ");
@@ -109,7 +137,33 @@ pub(crate) fn sentence(message: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::sentence;
+    use super::*;
+
+    #[test]
+    fn what_is_saved_and_what_is_not_is_one_sentence() {
+        let error = |name: &str| WriteError { path: name.into(), cause: "the disk is full".into() };
+        let files = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        for (failed, saved, checkpoint, text) in [
+            (vec!["a.exr"], files(&[]), None, "the file \"a.exr\" could not be written: the disk is full"),
+            (
+                vec!["a.exr", "b.png"],
+                files(&["c.png"]),
+                None,
+                "the file \"a.exr\" could not be written: the disk is full; \
+                 the file \"b.png\" could not be written: the disk is full; \"c.png\" was saved",
+            ),
+            (
+                vec!["a.exr"],
+                files(&["b.png", "c.png"]),
+                Some(PathBuf::from("a.checkpoint.exr")),
+                "the file \"a.exr\" could not be written: the disk is full; \"b.png\", \"c.png\" were saved; \
+                 --resume goes on from \"a.checkpoint.exr\"",
+            ),
+        ] {
+            let failed = failed.into_iter().map(error).collect();
+            assert_eq!(Error::Outputs { failed, saved, checkpoint }.to_string(), text);
+        }
+    }
 
     #[test]
     fn messages_are_brought_into_one_form() {

@@ -35,8 +35,13 @@ pub(crate) fn of(scene: &Scene) -> String {
 
 /// Hash of a text, likewise.
 pub(crate) fn of_text(text: &str) -> String {
+    of_bytes(text.as_bytes())
+}
+
+/// Hash of bytes, likewise.
+pub(crate) fn of_bytes(bytes: &[u8]) -> String {
     let mut hash = Hash(0xcbf2_9ce4_8422_2325);
-    hash.bytes(text.as_bytes());
+    hash.bytes(bytes);
     format!("{:016x}", hash.0)
 }
 

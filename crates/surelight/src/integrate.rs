@@ -40,6 +40,7 @@ const RULES: [(Rule, &str); 3] =
 pub(crate) fn run(args: &IntegrateArgs) -> Result<(), Error> {
     let bounds = &args.over.0;
     let formula = Formula::new(&args.formula, bounds.len())?;
+    args.output.as_deref().map(surelight_film::check_writable).transpose()?;
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
     let finest = RULES.iter().filter_map(|&(rule, _)| finest(rule, args.samples, bounds.len())).max().unwrap_or(1);
     let integrand = Integrand::new(&device, &formula, bounds, finest * bounds.len())?;

@@ -21,7 +21,7 @@ pub(crate) struct MergeArgs {
     parts: Vec<PathBuf>,
 
     /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
-    #[arg(short, long, value_name = "PATH", value_parser = value::output_path, required = true)]
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_paths(), required = true)]
     output: Vec<OutputPath>,
 
     /// Brightens the PNG by this many stops

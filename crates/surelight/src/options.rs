@@ -22,7 +22,7 @@ pub(crate) struct RenderArgs {
 
     /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
     /// [default: the scene's name as .png and .exr in the current folder]
-    #[arg(short, long, value_name = "PATH", value_parser = value::output_path)]
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_paths())]
     pub(crate) output: Vec<OutputPath>,
 
     /// Pixels [default: 1024 on the longer side, the camera's aspect]

@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
@@ -34,40 +33,16 @@ pub(crate) fn check(outputs: &[OutputPath], inputs: &[PathBuf]) -> Result<(), Er
         if let Some(input) = inputs.iter().find(|input| same_file(input, path)) {
             return Err(fail(format!("the render reads it (as \"{}\"); choose another name", input.display())));
         }
-        match fs::metadata(path) {
-            Ok(meta) if meta.is_dir() => return Err(fail("it is a folder".into())),
-            Ok(meta) if !meta.is_file() => continue, // a device or a pipe: nothing to try out
-            Ok(meta) if meta.permissions().readonly() => return Err(fail("it is write-protected".into())),
-            _ => {}
-        }
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        // The image is first written beside its target: the same has to work now.
-        if let Err(error) = tempfile::Builder::new().prefix(".surelight").tempfile_in(folder) {
-            return Err(fail(folder_cause(folder, &error)));
-        }
+        surelight_film::check_writable(path).map_err(|error| fail(error.cause))?;
     }
     Ok(())
-}
-
-fn folder_cause(folder: &Path, error: &std::io::Error) -> String {
-    let folder = folder.display();
-    match error.kind() {
-        ErrorKind::NotFound => format!("the folder \"{folder}\" does not exist"),
-        ErrorKind::NotADirectory => format!("\"{folder}\" is not a folder"),
-        ErrorKind::PermissionDenied => format!("the folder \"{folder}\" is write-protected"),
-        ErrorKind::ReadOnlyFilesystem => format!("the folder \"{folder}\" is on a read-only file system"),
-        ErrorKind::StorageFull => format!("the disk of the folder \"{folder}\" is full"),
-        kind => format!("no file can be made in the folder \"{folder}\" ({kind})"),
-    }
 }
 
 /// Whether two paths lead to one file, be it through links; of files not there yet, whether they will.
 fn same_file(a: &Path, b: &Path) -> bool {
     let resolve = |path: &Path| {
         fs::canonicalize(path).ok().or_else(|| {
+            let path = surelight_film::follow_links(path).ok()?;
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
             Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))
         })
@@ -108,6 +83,12 @@ mod tests {
             assert!(text.contains(words), "{text}");
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("frame.png", at("latest.png")).unwrap();
+            let text = check(&[png(at("latest.png")), png(at("frame.png"))], &[]).unwrap_err().to_string();
+            assert!(text.contains("given twice"), "{text}");
+        }
         assert_eq!(fs::read(at("texture.png")).unwrap(), b"x");
     }
 }

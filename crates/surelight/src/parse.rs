@@ -1,7 +1,10 @@
 //! Values of options: what may be typed, and what is said when it may not.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::time::Duration;
+
+use clap::builder::{OsStringValueParser, TypedValueParser};
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +47,20 @@ pub(crate) struct OutputPath {
     pub(crate) format: Format,
 }
 
-/// `-o PATH`.
-pub(crate) fn output_path(text: &str) -> Result<OutputPath, String> {
-    if text.ends_with(std::path::is_separator) {
+/// Parses `-o PATH`, which need not be UTF-8.
+pub(crate) fn output_paths() -> impl TypedValueParser<Value = OutputPath> {
+    OsStringValueParser::new().try_map(|text| output_path(&text))
+}
+
+/// Parses `--map OUT.png`, likewise.
+pub(crate) fn png_paths() -> impl TypedValueParser<Value = OutputPath> {
+    OsStringValueParser::new().try_map(|text| png_path(&text))
+}
+
+/// What `-o` holds.
+pub(crate) fn output_path(text: impl AsRef<OsStr>) -> Result<OutputPath, String> {
+    let text = text.as_ref();
+    if text.as_encoded_bytes().last().is_some_and(|&byte| std::path::is_separator(byte.into())) {
         return Err("expected a file, but this names a folder".into());
     }
     let path = PathBuf::from(text);
@@ -60,8 +74,7 @@ pub(crate) fn output_path(text: &str) -> Result<OutputPath, String> {
     Ok(OutputPath { path, format })
 }
 
-/// `--map OUT.png`.
-pub(crate) fn png_path(text: &str) -> Result<OutputPath, String> {
+fn png_path(text: &OsStr) -> Result<OutputPath, String> {
     match output_path(text)? {
         output if output.format == Format::Png => Ok(output),
         _ => Err("the name must end in .png".into()),

@@ -132,12 +132,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
 
     let metadata = record.metadata(&film, &standing, &renderer.counts, args.parts.is_part(&args.stop));
-    write(&outputs, &film, &display(args.exposure, args.tonemap), &metadata)?;
-    if outcome == Outcome::Done {
+    let mut written = write(&outputs, &film, &display(args.exposure, args.tonemap), &metadata);
+    if outcome == Outcome::Done && written.is_ok() {
         checkpoint.remove();
     } else {
         checkpoint.write(&record, &film, &standing, &renderer.counts);
     }
+    if let Err(Error::Outputs { checkpoint: kept, .. }) = &mut written {
+        *kept = checkpoint.kept();
+    }
+    written?;
     seconds.write = stages.lap();
     progress.finish();
     seconds.total = start.elapsed().as_secs_f64();
@@ -201,13 +205,18 @@ pub(crate) fn display(exposure: f32, tonemap: Tonemap) -> Display {
     Display { exposure_ev: exposure.into(), tonemap }
 }
 
-/// Writes all outputs.
+/// Writes all outputs; one that fails does not keep the others from being written.
 pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
+    let (mut failed, mut saved) = (Vec::new(), Vec::new());
     for OutputPath { path, format } in outputs {
-        match format {
-            Format::Exr => write_exr(path, film, metadata)?,
-            Format::Png => write_png(path, film, display)?,
+        let written = match format {
+            Format::Exr => write_exr(path, film, metadata),
+            Format::Png => write_png(path, film, display),
+        };
+        match written {
+            Ok(()) => saved.push(path.clone()),
+            Err(error) => failed.push(error),
         }
     }
-    Ok(())
+    if failed.is_empty() { Ok(()) } else { Err(Error::Outputs { failed, saved, checkpoint: None }) }
 }

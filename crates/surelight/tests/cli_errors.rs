@@ -162,3 +162,27 @@ fn a_full_disk_leaves_nothing_behind() {
     common::Ran::from(output).failed_with(&["a.exr"]);
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
+
+/// An image that fails costs neither those after it nor the samples, and the error says what is saved.
+/// The device that is always full takes the place of a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_output_that_fails_does_not_cost_the_others() {
+    let folder = Folder::new();
+    std::os::unix::fs::symlink("/dev/full", folder.path("full.exr")).unwrap();
+    let line = "{box} --size 8x8 --spp 4 --quiet -o a.png -o full.exr -o b.exr";
+    folder.run(line).failed_with(&[
+        "the file \"full.exr\" could not be written: the disk is full",
+        "\"a.png\", \"b.exr\" were saved",
+        "--resume goes on from \"a.checkpoint.exr\"",
+    ]);
+    assert_eq!(folder.files(), ["a.checkpoint.exr", "a.png", "b.exr", "full.exr"]);
+    let saved = fs::read(folder.path("b.exr")).unwrap();
+    assert!(image::open(folder.path("a.png")).is_ok());
+
+    // With room made, what is left to do is to write: no sample is taken again.
+    fs::remove_file(folder.path("full.exr")).unwrap();
+    folder.run(&format!("{line} --resume")).succeeded();
+    assert_eq!(folder.files(), ["a.png", "b.exr", "full.exr"]);
+    assert!(["b.exr", "full.exr"].iter().all(|name| fs::read(folder.path(name)).unwrap() == saved));
+}

@@ -55,7 +55,7 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let [x, y] = window.corner.map(|x| x as i32);
     attributes.layer_position = Vec2(x, y);
     // One attribute only: the library writes custom attributes in the random order of a hash map.
-    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(Text::from(json.as_str())));
+    attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(Text::from(ascii(&json).as_str())));
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
@@ -67,6 +67,23 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
+}
+
+/// JSON in ASCII alone: other characters become `\uXXXX`, in pairs of surrogates beyond U+FFFF.
+///
+/// OpenEXR leaves the encoding of text attributes open, and its readers disagree about it.
+/// Valid JSON has other characters within strings alone, where the escapes mean the same.
+fn ascii(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    let mut units = [0; 2];
+    for character in json.chars() {
+        if character.is_ascii() {
+            text.push(character);
+        } else {
+            text.extend(character.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")));
+        }
+    }
+    text
 }
 
 /// What is known of pixels only when all of them are looked at.

@@ -1,8 +1,10 @@
 //! Options of `surelight integrate`.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use crate::parse::{self as value, Selector};
 
@@ -43,7 +45,7 @@ pub(crate) struct IntegrateArgs {
     pub(crate) seed: u32,
 
     /// Chart of convergence to write, .svg
-    #[arg(short, long, value_name = "PATH", value_parser = svg)]
+    #[arg(short, long, value_name = "PATH", value_parser = OsStringValueParser::new().try_map(svg))]
     pub(crate) output: Option<PathBuf>,
 
     /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
@@ -102,7 +104,7 @@ fn number(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("\"{text}\" is not a number; write 0.5, -3, 1e-2, pi or 2*pi"))
 }
 
-fn svg(text: &str) -> Result<PathBuf, String> {
+fn svg(text: OsString) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("svg") => Ok(path),

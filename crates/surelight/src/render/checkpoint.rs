@@ -1,8 +1,9 @@
 //! The file that a render can go on from: `NAME.checkpoint.exr` beside the first output.
 //!
-//! It is written now and then, and when the render ends before its goal; it is removed when the goal is met.
+//! It is written now and then, when the render ends before its goal, and when an output cannot be written;
+//! it is removed when the goal is met and all outputs are written.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use surelight_film::{
@@ -10,9 +11,9 @@ use surelight_film::{
 };
 use surelight_render::{Counts, Standing};
 
-use crate::console;
 use crate::error::Error;
 use crate::parse::{Format, OutputPath};
+use crate::{console, fingerprint};
 
 use super::record::Record;
 
@@ -30,14 +31,18 @@ impl Checkpoint {
     /// Where the checkpoint of a render with these outputs lies.
     pub(super) fn beside(outputs: &[OutputPath]) -> Self {
         let first = outputs.first().map_or_else(PathBuf::new, |output| output.path.clone());
-        let mut name = first.file_stem().map_or_else(|| OsString::from("surelight"), OsString::from);
-        name.push(".checkpoint.exr");
+        let name = name_of(first.file_stem().unwrap_or(OsStr::new("surelight")));
         Self { path: first.with_file_name(name), ours: false, failure: None }
     }
 
     /// The file.
     pub(super) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file, where it is of this render.
+    pub(super) fn kept(&self) -> Option<PathBuf> {
+        self.ours.then(|| self.path.clone())
     }
 
     /// As an output, whose place can be checked.
@@ -103,6 +108,22 @@ impl Checkpoint {
     }
 }
 
+/// The name of the checkpoint of an output with this stem: the same in every run.
+///
+/// Where it would be longer than a name may be, a hash takes the place of the stem's end.
+fn name_of(stem: &OsStr) -> OsString {
+    /// Bytes of a name on most file systems.
+    const MAX_NAME: usize = 255;
+    const ENDING: &str = ".checkpoint.exr";
+    if stem.len() + ENDING.len() <= MAX_NAME {
+        return [stem, OsStr::new(ENDING)].into_iter().collect();
+    }
+    let ending = format!("-{}{ENDING}", fingerprint::of_bytes(stem.as_encoded_bytes()));
+    let text = stem.to_string_lossy();
+    let kept = text.floor_char_boundary(MAX_NAME - ending.len());
+    (text[..kept].to_owned() + &ending).into()
+}
+
 /// Whether another portion of the same render was asked for.
 fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
     let crop = |m: &Metadata| m.crop.map_or("not set".to_owned(), |[a, b, c, d]| format!("{a},{b},{c},{d}"));
@@ -131,5 +152,16 @@ mod tests {
             let output = OutputPath { path: output.into(), format: Format::Exr };
             assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
         }
+    }
+
+    #[test]
+    fn its_name_is_never_too_long() {
+        let name = |stem: &str| name_of(OsStr::new(stem)).into_string().unwrap();
+        assert_eq!(name(&"a".repeat(240)), "a".repeat(240) + ".checkpoint.exr");
+        let (first, second) = (name(&("a".repeat(250) + "1")), name(&("a".repeat(250) + "2")));
+        assert_eq!((first.len(), second.len()), (255, 255));
+        assert_ne!(first, second, "two renders share a checkpoint");
+        let japanese = name(&"日".repeat(83));
+        assert!(japanese.starts_with("日日") && japanese.len() > 252 && japanese.len() <= 255, "{japanese}");
     }
 }
