@@ -66,10 +66,7 @@ fn definition(document: &Document, index: usize) -> Result<LightJson, String> {
 
 fn environment(sources: Sources, light: &LightJson, warnings: &mut Warnings) -> Result<Environment, String> {
     let named = light.specular_images.first().ok_or("it has no specularImages")?.map(Int::index);
-    let mut wanted = named.to_vec();
-    wanted.sort_unstable();
-    wanted.dedup();
-    let decoded = images::decode_all(sources, &wanted);
+    let decoded = images::decode_all(sources, &named.map(|index| vec![index]));
     warnings.append(decoded.warnings);
     let mut faces = Vec::new();
     for index in named {

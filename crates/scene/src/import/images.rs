@@ -1,6 +1,6 @@
 //! Images: found, decoded once each and in parallel, with limits; a broken one costs a warning and not the picture.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -33,32 +33,78 @@ pub(crate) struct Decoded {
     pub(crate) images: Vec<Image>,
     /// glTF image index → index into `images`; absent when it could not be read.
     pub(crate) slots: HashMap<usize, usize>,
+    /// glTF image index → why it could not be read.
+    failed: HashMap<usize, Fault>,
     pub(crate) warnings: Warnings,
 }
 
-/// Decodes the glTF images of `wanted` (ascending, no duplicates).
-pub(crate) fn decode_all(sources: Sources, wanted: &[usize]) -> Decoded {
-    // Two glTF images may share a URI or a view: the later ones follow the first.
-    let mut first_of: HashMap<(Option<&str>, Option<Int>), usize> = HashMap::new();
-    let mut unique = Vec::new();
-    let mut leader = HashMap::new();
-    for &index in wanted {
-        let key = sources.document.images.get(index).map(|json| (json.uri.as_deref(), json.buffer_view));
-        let first = match key {
-            Some(key) => *first_of.entry(key).or_insert(index),
-            None => index,
-        };
-        if first == index {
-            unique.push(index);
-        }
-        leader.insert(index, first);
+impl Decoded {
+    /// Index into `images` of the first of these glTF images that could be read.
+    pub(crate) fn first_of(&self, choices: &[usize]) -> Option<usize> {
+        choices.iter().find_map(|index| self.slots.get(index).copied())
     }
 
+    /// Says why a texture is without its image, or shows its fallback.
+    fn warn(&mut self, choices: &[usize]) {
+        let failed = choices.iter().map_while(|index| self.failed.get(index));
+        let causes = failed.map(Fault::reason).collect::<Vec<_>>();
+        let text = match (causes.as_slice(), choices.get(causes.len())) {
+            ([], _) => return,
+            (_, None) => format!("A texture is left out: {}.", causes.join("; ")),
+            (_, Some(used)) => {
+                format!("Image {used} is used as the fallback of image {}: {}.", choices[0], causes.join("; "))
+            }
+        };
+        self.warnings.push(text);
+    }
+}
+
+/// Decodes glTF images. Each entry of `wanted` lists images that can serve one texture, best first; a later one is decoded
+/// only where all before it cannot be read.
+pub(crate) fn decode_all(sources: Sources, wanted: &[Vec<usize>]) -> Decoded {
     let mut out = Decoded::default();
+    // Two glTF images may share a URI or a view: the later ones follow the first.
+    let mut leaders = HashMap::new();
+    loop {
+        let open = |choices: &Vec<usize>| {
+            let next = choices.iter().copied().find(|index| !out.failed.contains_key(index))?;
+            (!out.slots.contains_key(&next)).then_some(next)
+        };
+        // Every round decodes or fails each of these, so that the rounds end.
+        let round: BTreeSet<usize> = wanted.iter().filter_map(open).collect();
+        if round.is_empty() {
+            break;
+        }
+        decode_round(sources, &round, &mut leaders, &mut out);
+    }
+    for choices in wanted {
+        out.warn(choices);
+    }
+    out
+}
+
+type Source<'a> = (Option<&'a str>, Option<Int>);
+
+/// Decodes these images; each is in `slots` or `failed` afterwards.
+fn decode_round<'a>(
+    sources: Sources<'a>,
+    wanted: &BTreeSet<usize>,
+    leaders: &mut HashMap<Source<'a>, usize>,
+    out: &mut Decoded,
+) {
+    let leader_of: Vec<(usize, usize)> = wanted
+        .iter()
+        .map(|&index| match sources.document.images.get(index) {
+            Some(json) => (index, *leaders.entry((json.uri.as_deref(), json.buffer_view)).or_insert(index)),
+            None => (index, index),
+        })
+        .collect();
+    let unique: Vec<usize> =
+        leader_of.iter().filter(|(index, leader)| index == leader).map(|&(index, _)| index).collect();
     let sized: Vec<_> = unique.par_iter().map(|&index| sources.open(index)).collect();
     // Sizes first, so that the sum is known before any pixel is in memory.
     let most = sources.options.max_image_pixels.saturating_mul(TOTAL_FACTOR);
-    let mut total = 0_u64;
+    let mut total: u64 = out.images.iter().map(|image| u64::from(image.width) * u64::from(image.height)).sum();
     let admitted: Vec<_> = sized
         .into_iter()
         .map(|encoded| {
@@ -80,15 +126,18 @@ pub(crate) fn decode_all(sources: Sources, wanted: &[usize]) -> Decoded {
                 out.slots.insert(index, out.images.len());
                 out.images.push(image);
             }
-            Err(fault) => out.warnings.push(format!("A texture is left out: {}.", fault.reason())),
+            Err(fault) => {
+                out.failed.insert(index, fault);
+            }
         }
     }
-    for &index in wanted {
-        if let Some(&slot) = out.slots.get(&leader[&index]) {
+    for (index, leader) in leader_of {
+        if let Some(&slot) = out.slots.get(&leader) {
             out.slots.insert(index, slot);
+        } else if let Some(fault) = out.failed.get(&leader).cloned() {
+            out.failed.insert(index, fault);
         }
     }
-    out
 }
 
 /// Who decodes an image.

@@ -94,16 +94,16 @@ struct SourceJson {
     source: Option<Int>,
 }
 
-/// The glTF image behind a texture.
-fn image_of(document: &Document, texture: usize) -> Option<usize> {
-    let json = document.textures.get(texture)?;
-    let other = SOURCES.iter().find_map(|name| json.extensions.parse::<SourceJson>(name)?.ok()?.source);
-    other.or(json.source).map(Int::index)
+/// The glTF images that can serve a texture, best first: the core `source` is the fallback of an extension's.
+fn images_for(document: &Document, texture: usize) -> Vec<usize> {
+    let Some(json) = document.textures.get(texture) else { return Vec::new() };
+    let others = SOURCES.iter().filter_map(|name| json.extensions.parse::<SourceJson>(name)?.ok()?.source);
+    others.chain(json.source).map(Int::index).collect()
 }
 
-/// The images that these lookups need, ascending.
-pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a Lookup>) -> Vec<usize> {
-    let set: BTreeSet<usize> = lookups.filter_map(|l| image_of(document, l.texture)).collect();
+/// The images that can serve each texture of these lookups, best first, in the order of the best ones.
+pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a Lookup>) -> Vec<Vec<usize>> {
+    let set: BTreeSet<Vec<usize>> = lookups.map(|l| images_for(document, l.texture)).collect();
     set.into_iter().collect()
 }
 
@@ -139,7 +139,8 @@ impl<'a> Binder<'a> {
     /// `None` when the image could not be read (it has been warned of).
     pub(crate) fn bind(&mut self, lookup: Option<&Lookup>) -> Option<TextureRef> {
         let lookup = lookup?;
-        let Some(image) = image_of(self.document, lookup.texture) else {
+        let choices = images_for(self.document, lookup.texture);
+        if choices.is_empty() {
             let json = self.document.textures.get(lookup.texture)?;
             let reason = match json.extensions.names().next() {
                 Some(name) => format!("has its image only in the extension {name}, which is not supported"),
@@ -147,15 +148,15 @@ impl<'a> Binder<'a> {
             };
             self.warnings.push(format!("A texture is left out: texture {} {reason}.", lookup.texture));
             return None;
-        };
-        let &image = self.decoded.slots.get(&image)?;
+        }
+        let image = self.decoded.first_of(&choices)?;
         let texture = self.sampled(lookup.texture, image);
         Some(self.reference(lookup, texture))
     }
 
     /// A roughness map made of the glossiness in an image's alpha.
     pub(crate) fn bind_glossiness(&mut self, lookup: &Lookup, glossiness: f32) -> Option<TextureRef> {
-        let &image = self.decoded.slots.get(&image_of(self.document, lookup.texture)?)?;
+        let image = self.decoded.first_of(&images_for(self.document, lookup.texture))?;
         let key = (image, glossiness.to_bits());
         let index = match self.roughness.get(&key) {
             Some(&index) => index,

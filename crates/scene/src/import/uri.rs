@@ -1,7 +1,7 @@
 //! URIs: `data:`, and relative paths that stay inside the scene's folder.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -19,6 +19,9 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
+/// Entries of a folder that the search for a near match looks at.
+const MAX_ENTRIES: usize = 1 << 16;
+
 /// Reads what a URI refers to; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
     match uri.get(..5) {
@@ -30,9 +33,23 @@ pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<
                 Ok(metadata) if !metadata.is_file() => {
                     Err(Fault::invalid(place, format!("refers to {}, which is no regular file", path.display())))
                 }
-                _ => read_file(&path, limit, place),
+                _ => read_file(&path, limit, place).map_err(|fault| with_near_match(fault, folder)),
             }
         }
+    }
+}
+
+/// Adds the file that may be meant to a fault about a missing one.
+fn with_near_match(fault: Fault, folder: &Path) -> Fault {
+    match fault {
+        Fault::Read { path, kind: kind @ ErrorKind::NotFound, text } => {
+            let text = match near_match(&path, folder) {
+                Some(name) => format!("{text} (did you mean {name}?)"),
+                None => text,
+            };
+            Fault::Read { path, kind, text }
+        }
+        other => other,
     }
 }
 
@@ -61,10 +78,14 @@ fn decode_data(rest: &str, limit: u64, place: &str) -> Result<Vec<u8>> {
     if payload.len() as u64 / 4 * 3 > limit {
         return Err(Fault::too_large(place, format!("has a data: URI of more than {limit} bytes")));
     }
-    let bytes: Vec<u8> = percent_decode_str(payload).collect();
+    // RFC 3986: a fragment is no part of the data. Base64 has no #, and any other data must encode it.
+    let payload = payload.split('#').next().unwrap_or_default();
+    let mut bytes: Vec<u8> = percent_decode_str(payload).collect();
     if !media.trim_end().to_ascii_lowercase().ends_with(";base64") {
         return Ok(bytes);
     }
+    // Encoders that follow MIME break lines.
+    bytes.retain(|byte| !byte.is_ascii_whitespace());
     BASE64.decode(&bytes).map_err(|e| Fault::invalid(place, format!("has a data: URI that is not base64: {e}")))
 }
 
@@ -80,21 +101,28 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
     {
         return refuse(format!("has the URI {}, and only data: and relative ones are read", shown(uri)));
     }
-    let Ok(decoded) = percent_decode_str(uri).decode_utf8() else {
+    // RFC 3986: query and fragment are no part of the path. What is percent-encoded is decoded later, and is part of it.
+    let raw_path = &uri[..uri.find(['?', '#']).unwrap_or(uri.len())];
+    let (Ok(path), Ok(whole)) = (percent_decode_str(raw_path).decode_utf8(), percent_decode_str(uri).decode_utf8())
+    else {
         return refuse(format!("has the URI {}, which is not UTF-8 once decoded", shown(uri)));
     };
-    if decoded.contains('\0') {
+    if whole.contains('\0') {
         return refuse(format!("has the URI {}, which holds a zero byte", shown(uri)));
     }
     // Before the file system is asked anything: on Windows even looking for a network share goes out to the network.
     // Windows exporters write back-slashes, so they separate, whatever the platform.
-    let slashed = decoded.replace('\\', "/");
-    if leaves(&slashed) || leaves(&uri.replace('\\', "/")) {
+    let slashed = path.replace('\\', "/");
+    let (Some(named), Some(_)) = (without_dots(&slashed), without_dots(&raw_path.replace('\\', "/"))) else {
         return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
+    };
+    // Exporters forget to encode: a file may also have a literal %, ?, # or back-slash in its name.
+    let literal = [&path, raw_path, &whole, uri].into_iter().filter_map(without_dots);
+    let mut candidates = std::iter::once(named.clone()).chain(literal).filter(|name| !name.is_empty());
+    let name = candidates.find(|name| folder.join(name).exists()).unwrap_or(named);
+    if name.is_empty() {
+        return refuse(format!("has the URI {}, which names no file", shown(uri)));
     }
-    // A name with a literal % that the exporter forgot to encode exists as it stands.
-    let candidates = [decoded.as_ref(), uri, slashed.as_str()];
-    let name = candidates.into_iter().find(|name| folder.join(name).exists()).unwrap_or(&decoded);
     let path = folder.join(name);
     // Links could still lead out. A missing file is told when it is opened.
     if let (Ok(real), Ok(root)) = (path.canonicalize(), folder.canonicalize())
@@ -105,20 +133,48 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Whether a path with `/` between its parts is absolute or climbs above where it starts.
-fn leaves(path: &str) -> bool {
-    let mut depth = 0_i64;
+/// A path with `/` between its parts, once its dot segments are resolved; `None` when it is absolute or climbs above where
+/// it starts.
+fn without_dots(path: &str) -> Option<String> {
     let drive = path.as_bytes().get(1) == Some(&b':');
-    path.starts_with('/')
-        || drive
-        || path.split('/').any(|part| {
-            depth += match part {
-                "" | "." => 0,
-                ".." => -1,
-                _ => 1,
-            };
-            depth < 0
-        })
+    if path.starts_with('/') || drive {
+        return None;
+    }
+    let mut parts = Vec::new();
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop()?;
+            }
+            _ => parts.push(part),
+        }
+    }
+    Some(parts.join("/"))
+}
+
+/// The file below `folder` whose path differs from that of the missing `path` in upper and lower case alone.
+fn near_match(path: &Path, folder: &Path) -> Option<String> {
+    let root = folder.canonicalize().ok()?;
+    let mut found = folder.to_path_buf();
+    for part in path.strip_prefix(folder).ok()?.components() {
+        let part = part.as_os_str();
+        let exact = found.join(part);
+        if exact.exists() {
+            found = exact;
+            continue;
+        }
+        if !found.canonicalize().ok()?.starts_with(&root) {
+            return None;
+        }
+        let wanted = part.to_str()?.to_lowercase();
+        let entries =
+            found.read_dir().ok()?.take(MAX_ENTRIES).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        // The order of entries is the file system's; the least makes the message the same everywhere.
+        found = found.join(entries.filter(|name| name.to_lowercase() == wanted).min()?);
+    }
+    let name = found.strip_prefix(folder).ok()?.to_str()?.replace('\\', "/");
+    Some(shown(&name))
 }
 
 /// Reads a whole file, refusing one above the limit before its bytes are in memory.
@@ -127,7 +183,7 @@ pub(crate) fn read_file(path: &Path, limit: u64, place: &str) -> Result<Vec<u8>>
     let file = File::open(path).map_err(fault)?;
     let metadata = file.metadata().map_err(fault)?;
     if metadata.is_dir() {
-        return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+        return Err(fault(ErrorKind::IsADirectory.into()));
     }
     let too_large = || Fault::too_large(place, format!("is {} with more than {limit} bytes", path.display()));
     if metadata.len() > limit {

@@ -52,12 +52,30 @@ fn data_uri_loads() {
     for uri in [
         format!("data:application/octet-stream;base64,{}", BASE64_STANDARD.encode(&bin)),
         format!("DATA:;base64,{}", BASE64_STANDARD.encode(&bin).trim_end_matches('=')),
+        format!("data:;base64,{}#fragment", BASE64_STANDARD.encode(&bin)),
         // Without base64: bytes percent-encoded.
         format!("data:,{}", bin.iter().map(|b| format!("%{b:02x}")).collect::<String>()),
     ] {
         let file = text(&with_uri(&uri));
         let scene = load_bytes(&file, Path::new("made.gltf"), &LoadOptions::default()).expect("loads");
         assert_eq!(scene.meshes[0].positions[1].x, 1.0);
+    }
+}
+
+#[test]
+fn base64_may_have_line_breaks_and_lack_its_padding() {
+    // Lengths of 0, 1 and 2 bytes beyond groups of three: with no, two and one = at the end.
+    for extra in 0..3 {
+        let mut bin = Gltf::triangle().bin;
+        bin.extend(vec![7; extra]);
+        let encoded = BASE64_STANDARD.encode(&bin);
+        for (line, payload) in [("\n", &*encoded), ("\r\n ", encoded.trim_end_matches('=')), ("%0D%0A", &encoded)] {
+            let lines: Vec<&str> = payload.as_bytes().chunks(10).map(|l| str::from_utf8(l).expect("ASCII")).collect();
+            let mut gltf = with_uri(&format!("data:application/octet-stream;base64,{line}{}{line}", lines.join(line)));
+            gltf.json["buffers"][0]["byteLength"] = json!(bin.len());
+            let scene = load_bytes(&text(&gltf), Path::new("made.gltf"), &LoadOptions::default()).expect("loads");
+            assert_eq!(scene.meshes[0].positions[1].x, 1.0);
+        }
     }
 }
 
@@ -80,10 +98,71 @@ fn relative_uris_load() {
         ("100%.bin", "100%.bin"),
         ("sub\\x.bin", "sub/x.bin"),
         ("sub/../scene.bin", "scene.bin"),
+        // RFC 3986 resolves dot segments before anything is looked up, so that this folder need not exist.
+        ("gone/../scene.bin", "scene.bin"),
+        ("./sub/./%2e%2e/scene.bin", "scene.bin"),
+        ("gone\\..\\scene.bin", "scene.bin"),
     ] {
         let scene = load_beside(&with_uri(uri), name).unwrap_or_else(|e| panic!("{uri}: {e}"));
         assert_eq!(scene.triangle_count(), 1, "{uri}");
     }
+}
+
+#[test]
+fn queries_and_fragments_are_no_part_of_the_path() {
+    for (uri, name) in [
+        ("scene.bin?v=2", "scene.bin"),
+        ("scene.bin#a", "scene.bin"),
+        ("scene.bin?v=2:3#../..", "scene.bin"),
+        ("scene.bin?/../../x", "scene.bin"),
+        ("sub/../scene.bin?v=2", "scene.bin"),
+        ("a%23b.bin", "a#b.bin"),
+        ("a%3Fb.bin?v=2", "a?b.bin"),
+        // Not encoded, as exporters have it: the file with that name is the only one there.
+        ("a#b.bin", "a#b.bin"),
+        ("a?b.bin", "a?b.bin"),
+        ("a%20b#c.bin", "a b#c.bin"),
+    ] {
+        let scene = load_beside(&with_uri(uri), name).unwrap_or_else(|e| panic!("{uri}: {e}"));
+        assert_eq!(scene.triangle_count(), 1, "{uri}");
+    }
+    // Where both are there, the path is what the standard says.
+    let folder = tempfile::tempdir().expect("folder");
+    let gltf = with_uri("a.bin#b");
+    fs::write(folder.path().join("a.bin"), &gltf.bin).expect("buffer");
+    fs::write(folder.path().join("a.bin#b"), [0]).expect("another file");
+    fs::write(folder.path().join("scene.gltf"), text(&gltf)).expect("scene");
+    load(&folder.path().join("scene.gltf"), &LoadOptions::default()).expect("loads");
+    for uri in ["?v=2", "#a", "sub/..", "."] {
+        let message = load_beside(&with_uri(uri), "scene.bin").expect_err("refused").to_string();
+        assert!(message.contains("buffer 0") && message.contains("names no file"), "{uri}: {message}");
+    }
+}
+
+#[test]
+fn a_missing_file_names_its_near_match_of_another_case() {
+    for (uri, name, meant) in [
+        ("SCENE.BIN", "scene.bin", "scene.bin"),
+        ("Sub/Scene.bin?v=2", "sub/scene.BIN", "sub/scene.BIN"),
+        ("%C3%9Cml%C3%A4ut.bin", "ümläut.bin", "ümläut.bin"),
+    ] {
+        let error = load_beside(&with_uri(uri), name).expect_err("refused");
+        let message = error.to_string();
+        assert!(matches!(error, LoadError::Read { .. }), "{message}");
+        assert!(message.ends_with(&format!("(did you mean {meant}?).")), "{message}");
+    }
+    let message = load_beside(&with_uri("scenes.bin"), "scene.bin").expect_err("refused").to_string();
+    assert!(!message.contains("did you mean"), "{message}");
+    // The same for images, which cost a warning.
+    let folder = tempfile::tempdir().expect("folder");
+    let mut gltf = Gltf::square();
+    gltf.push("images", json!({"uri": "Tex.PNG"}));
+    gltf.push("textures", json!({"source": 0}));
+    let gltf = gltf.material(json!({"emissiveTexture": {"index": 0}}));
+    fs::write(folder.path().join("tex.png"), [0]).expect("image");
+    fs::write(folder.path().join("scene.glb"), gltf.glb()).expect("scene");
+    let scene = load(&folder.path().join("scene.glb"), &LoadOptions::default()).expect("loads");
+    warned(&scene, "(did you mean tex.png?)");
 }
 
 #[test]
@@ -94,6 +173,8 @@ fn uris_do_not_leave_the_folder() {
         "..\\outside.bin",
         "%2E%2E%5Coutside.bin",
         "sub/../../outside.bin",
+        "sub/../../outside.bin?v=2",
+        "gone/../../scenes/scene.bin",
         "/etc/passwd",
         "%2Fetc%2Fpasswd",
         "\\\\server\\share",

@@ -263,3 +263,62 @@ fn webp_stands_before_its_fallback() {
     // The bytes decide what an image is.
     assert_eq!(scene.images[0].rgba, [0, 0, 255, 255]);
 }
+
+/// The square whose texture has image 1 of these bytes in an extension, beside image 0, which is sound.
+fn beside_a_png(extension: &str, bytes: &[u8]) -> Gltf {
+    textured(json!({"index": 0}), |gltf| {
+        let view = gltf.view(bytes);
+        let image = gltf.push("images", json!({"bufferView": view}));
+        gltf.json["textures"][0]["extensions"] = json!({extension: {"source": image}});
+        gltf.json["extensionsUsed"] = json!([extension]);
+    })
+}
+
+#[test]
+fn the_fallback_of_a_broken_image_is_used_with_a_warning() {
+    let pixel = image::DynamicImage::ImageRgba8(image::ImageBuffer::from_pixel(1, 1, image::Rgba([12, 34, 56, 255])));
+    let mut webp = std::io::Cursor::new(Vec::new());
+    pixel.write_to(&mut webp, image::ImageFormat::WebP).expect("encodes");
+    let webp = webp.into_inner();
+    // Only a header, of 1 × 1 pixels in no level.
+    let mut ktx2 = b"\xABKTX 20\xBB\r\n\x1A\n".to_vec();
+    ktx2.extend([37, 1, 1, 1, 0, 0, 1, 0].into_iter().flat_map(u32::to_le_bytes));
+    for (extension, bytes, cause) in [
+        // Found when the header is read, and when the pixels are.
+        ("EXT_texture_webp", &webp[..20], "image 1 cannot be decoded"),
+        ("EXT_texture_webp", &webp[..webp.len() - 2], "image 1 cannot be decoded"),
+        ("KHR_texture_basisu", &ktx2, "image 1 is a KTX2 file"),
+        ("KHR_texture_basisu", b"no image", "image 1 is neither"),
+    ] {
+        let scene = beside_a_png(extension, bytes).load();
+        assert_eq!(scene.images.len(), 1);
+        assert_eq!(scene.images[0].rgba[..4], [255, 0, 0, 255]);
+        assert!(scene.materials[0].base_color_texture.is_some());
+        warned(&scene, "Image 0 is used as the fallback of image 1: ");
+        warned(&scene, cause);
+    }
+    let mut missing = beside_a_png("KHR_texture_basisu", b"");
+    missing.json["images"][1] = json!({"uri": "gone.ktx2"});
+    warned(&missing.load(), "gone.ktx2 cannot be read");
+    // Nothing is said of a fallback that nothing needs, and all is said where both are broken.
+    let mut sound = beside_a_png("EXT_texture_webp", &webp);
+    sound.json["images"][0] = json!({"uri": "gone.png"});
+    assert_eq!(sound.load().warnings, Vec::<String>::new());
+    let mut broken = beside_a_png("EXT_texture_webp", b"no image");
+    broken.json["images"][0] = json!({"uri": "gone.png"});
+    let scene = broken.load();
+    left_out(&scene, "image 1 is neither");
+    left_out(&scene, "gone.png cannot be read");
+}
+
+#[test]
+fn a_fallback_is_decoded_once_for_all_that_share_it() {
+    let mut gltf = beside_a_png("EXT_texture_webp", b"no image");
+    let copy = gltf.json["images"][0].clone();
+    let copy = gltf.push("images", copy);
+    let texture = gltf.push("textures", json!({"source": copy}));
+    gltf.json["materials"][0]["emissiveTexture"] = json!({"index": texture});
+    let scene = gltf.load();
+    assert_eq!((scene.images.len(), scene.textures.len()), (1, 1));
+    warned(&scene, "fallback of image 1");
+}
