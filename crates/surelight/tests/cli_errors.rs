@@ -163,7 +163,8 @@ fn a_full_disk_leaves_nothing_behind() {
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
 
-/// An image that fails costs neither those after it nor the samples, and the error says what is saved.
+/// An image that fails costs neither those after it nor the samples, and the error says what is
+/// saved.
 /// The device that is always full takes the place of a full disk.
 #[cfg(target_os = "linux")]
 #[test]
