@@ -35,8 +35,8 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     .map_err(|error| fail(io_cause(&error)))
 }
 
-/// Finds out whether [`write_file`] can write to `path`, as far as that is known before there are bytes.
-/// Nothing stays behind.
+/// Finds out whether [`write_file`] can write to `path`, as far as that is known before there are
+/// bytes. Nothing stays behind.
 ///
 /// # Errors
 /// A sentence that names the target and the cause.
@@ -66,7 +66,8 @@ pub fn remove_leftovers(path: &Path) {
     }
 }
 
-/// The path that a chain of symbolic links ends at, whether there is a file or not; other paths as they are.
+/// The path that a chain of symbolic links ends at, whether there is a file or not; other paths as
+/// they are.
 ///
 /// # Errors
 /// Where the links lead in a circle or cannot be read.
@@ -117,7 +118,8 @@ fn create_beside(target: &Path) -> Result<NamedTempFile, String> {
     builder.tempfile_in(&folder).map_err(|error| folder_cause(&folder, &error))
 }
 
-/// Whether the target's name is short or as long as a name can be, the temporary one is of 39 bytes.
+/// What temporary names of `target` begin with: a hash of its name, which may be as long as a name
+/// can be.
 fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().as_encoded_bytes();
     // FNV-1a: the same in every run, so that leftovers are found.

@@ -95,16 +95,21 @@ fn outputs_are_checked_before_rendering() {
     assert_eq!(folder.files(), ["b.exr"]);
 }
 
+/// A texture is known by its file, however its URI spells that: plain, percent-encoded, or long.
 #[test]
 fn a_texture_of_the_scene_is_not_overwritten() {
-    let folder = Folder::new();
-    fs::write(folder.path("a.gltf"), gltf_with_image("a.png")).unwrap();
-    fs::write(folder.path("triangle.bin"), triangle()).unwrap();
-    let texture = image::RgbImage::from_pixel(1, 1, image::Rgb([1, 2, 3]));
-    texture.save(folder.path("a.png")).unwrap();
-    let before = fs::read(folder.path("a.png")).unwrap();
-    folder.run("a.gltf --size 8x8 --spp 1").failed_with(&["a.png", "reads it"]);
-    assert_eq!(fs::read(folder.path("a.png")).unwrap(), before);
+    let long = "n".repeat(200) + ".png";
+    for (uri, file) in [("a.png", "a.png"), ("%E6%97%A5%20x.png", "日 x.png"), (&long, &long)] {
+        let folder = Folder::new();
+        fs::write(folder.path("a.gltf"), gltf_with_image(uri)).unwrap();
+        fs::write(folder.path("triangle.bin"), triangle()).unwrap();
+        let texture = image::RgbImage::from_pixel(1, 1, image::Rgb([1, 2, 3]));
+        texture.save(folder.path(file)).unwrap();
+        let before = fs::read(folder.path(file)).unwrap();
+        let output = folder.command(["a.gltf", "--size", "8x8", "--spp", "1", "-o", file]).output().unwrap();
+        common::Ran::from(output).failed_with(&[file, "reads it"]);
+        assert_eq!(fs::read(folder.path(file)).unwrap(), before);
+    }
 }
 
 #[test]
@@ -163,7 +168,8 @@ fn a_full_disk_leaves_nothing_behind() {
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
 
-/// An image that fails costs neither those after it nor the samples, and the error says what is saved.
+/// An image that fails costs neither those after it nor the samples, and the error says what is
+/// saved.
 /// The device that is always full takes the place of a full disk.
 #[cfg(target_os = "linux")]
 #[test]

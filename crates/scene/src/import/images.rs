@@ -170,8 +170,8 @@ impl<'a> Sources<'a> {
         let json = get(&self.document.images, Int(index as u64), "image", "a texture")?;
         let (bytes, name): (std::borrow::Cow<[u8]>, _) = match (&json.uri, json.buffer_view) {
             (Some(uri), _) => {
-                let name = if uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) { &place } else { uri };
-                (uri::read(uri, self.folder, self.options.max_buffer_bytes, &place)?.into(), uri::shown(name))
+                let bytes = uri::read(uri, self.folder, self.options.max_buffer_bytes, &place)?;
+                (bytes.into(), uri::file_name(uri, self.folder).unwrap_or_else(|| place.clone()))
             }
             (None, Some(view)) => (self.buffers.view(view, &place)?.bytes.into(), place.clone()),
             (None, None) => return Err(Fault::invalid(place, "has neither a URI nor a bufferView")),

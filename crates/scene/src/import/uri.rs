@@ -61,6 +61,13 @@ pub(crate) fn size(uri: &str, folder: &Path) -> u64 {
     }
 }
 
+/// Path of the file that a URI names, relative to the scene's folder; `None` where it
+/// names none, as `data:` does.
+pub(crate) fn file_name(uri: &str, folder: &Path) -> Option<String> {
+    let path = resolve(uri, folder, "").ok()?;
+    Some(path.strip_prefix(folder).ok()?.to_string_lossy().into_owned())
+}
+
 /// A URI as shown in messages: data URIs are cut.
 pub(crate) fn shown(uri: &str) -> String {
     const LONGEST: usize = 80;

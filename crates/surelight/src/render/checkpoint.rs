@@ -1,7 +1,7 @@
 //! The file that a render can go on from: `NAME.checkpoint.exr` beside the first output.
 //!
-//! It is written now and then, when the render ends before its goal, and when an output cannot be written;
-//! it is removed when the goal is met and all outputs are written.
+//! It is written now and then, when the render ends before its goal, and when an output cannot be
+//! written; it is removed when the goal is met and all outputs are written.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
