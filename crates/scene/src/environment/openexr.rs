@@ -6,7 +6,7 @@ use std::io::Cursor;
 use exr::error::Error;
 use exr::image::{Image, Layer, SpecificChannels};
 use exr::meta::MetaData;
-use exr::meta::attribute::{ChannelDescription, Chromaticities, EnvironmentMap as Projection};
+use exr::meta::attribute::{Chromaticities, EnvironmentMap as Projection};
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel};
 
 use super::load::check_size;
@@ -29,8 +29,11 @@ pub(super) fn decode(bytes: &[u8], warnings: &mut Vec<String>) -> Result<Environ
     for header in &meta.headers {
         check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, bytes.len())?;
     }
-    let parts: Vec<Vec<String>> =
-        meta.headers.iter().map(|header| header.channels.list.iter().map(name_of).collect()).collect();
+    let parts: Vec<Vec<String>> = meta
+        .headers
+        .iter()
+        .map(|header| header.channels.list.iter().map(|channel| channel.name.to_string()).collect())
+        .collect();
     let picture = choose(&parts, warnings)?;
     let read = exr::prelude::read().no_deep_data().largest_resolution_level().specific_channels();
     match picture {
@@ -64,10 +67,6 @@ fn set((width, texels): &mut Pixels, x: usize, y: usize, texel: [f32; 3]) {
     }
 }
 
-fn name_of(channel: &ChannelDescription) -> String {
-    channel.name.to_string()
-}
-
 /// What a user can do something about in the user's words.
 fn cause(error: Error) -> String {
     match error {
@@ -82,8 +81,8 @@ fn cause(error: Error) -> String {
     }
 }
 
-/// The channels of the picture, among those of each part: R, G and B, else those of the one layer that has them
-/// (`ViewLayer.Combined.R`), else luminance.
+/// The channels of the picture, among those of each part: R, G and B, else those of the one layer
+/// that has them (`ViewLayer.Combined.R`), else luminance.
 fn choose(parts: &[Vec<String>], warnings: &mut Vec<String>) -> Result<Picture, String> {
     let rgb = |layer: &str| ["R", "G", "B"].map(|channel| format!("{layer}{channel}"));
     let coloured = layers(parts, "R", |part, layer| rgb(layer).iter().all(|name| part.contains(name.as_str())));
@@ -119,8 +118,8 @@ fn choose(parts: &[Vec<String>], warnings: &mut Vec<String>) -> Result<Picture, 
     }
 }
 
-/// Layers with a channel `last` in a part that `accept` takes, each once. A layer's name ends with the dot before its
-/// channel's; the layer without a name has none.
+/// Layers with a channel `last` in a part that `accept` takes, each once. A layer's name ends with
+/// the dot before its channel's; the layer without a name has none.
 fn layers<'a>(parts: &'a [Vec<String>], last: &str, accept: impl Fn(&HashSet<&str>, &str) -> bool) -> Vec<&'a str> {
     let mut seen = HashSet::new();
     let mut found = Vec::new();

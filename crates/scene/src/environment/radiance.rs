@@ -43,7 +43,8 @@ struct Resolution {
 pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     let header = header(bytes)?;
     let Resolution { scanlines, length, .. } = header.resolution;
-    check_size(length.into(), scanlines.into(), bytes.len())?;
+    let (width, height) = header.resolution.size();
+    check_size(width.into(), height.into(), bytes.len())?;
     // The decoder reads one orientation and RGB: rows downwards are what scanlines in any orientation look like to it.
     let plain = format!("#?RADIANCE\n\n-Y {scanlines} +X {length}\n");
     let stream = Cursor::new(plain).chain(header.pixels);
@@ -57,13 +58,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
             false => texel,
         }
     };
-    let (width, height) = header.resolution.size();
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let texels = places.map(|(x, y)| texel(header.resolution.stored(x, y))).collect();
     Ok(EnvironmentMap { width, height, texels })
 }
 
-/// Without pixels, of which only this can be wrong.
+/// The header is plain, so that only the pixels can be wrong.
 fn cause(error: ImageError) -> String {
     match error {
         ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => "it is cut short".into(),

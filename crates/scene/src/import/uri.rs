@@ -20,7 +20,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Entries of a folder that the search for a near match looks at.
-const MAX_ENTRIES: usize = 1 << 16;
+const MAX_ENTRIES: usize = 1 << 12;
 
 /// Reads what a URI refers to; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
@@ -117,7 +117,9 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
         return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
     };
     // Exporters forget to encode: a file may also have a literal %, ?, # or back-slash in its name.
-    let literal = [&path, raw_path, &whole, uri].into_iter().filter_map(without_dots);
+    // On Windows its back-slashes separate.
+    let stays = |name: &&str| without_dots(&name.replace('\\', "/")).is_some();
+    let literal = [&path, raw_path, &whole, uri].into_iter().filter(stays).filter_map(without_dots);
     let mut candidates = std::iter::once(named.clone()).chain(literal).filter(|name| !name.is_empty());
     let name = candidates.find(|name| folder.join(name).exists()).unwrap_or(named);
     if name.is_empty() {
