@@ -1,4 +1,6 @@
 mod load;
+mod openexr;
+mod radiance;
 
 use std::sync::Arc;
 

@@ -84,14 +84,21 @@ impl<'a> Buffers<'a> {
         Ok(View { bytes, stride })
     }
 
+    /// Takes bytes from those that may still be decoded, for what the accessors do not state.
+    pub(crate) fn reserve(&self, asked: u64, place: &str) -> Result<()> {
+        let within = |left: u64| left.checked_sub(asked);
+        match self.decodable.fetch_update(Ordering::Relaxed, Ordering::Relaxed, within) {
+            Ok(_) => Ok(()),
+            Err(left) => {
+                let cause = format!("would take {asked} bytes once decoded, and {left} are left of those allowed");
+                Err(Fault::too_large(place, cause))
+            }
+        }
+    }
+
     /// Decodes a view that is compressed with meshopt. The plain copy that a file may have beside it is not needed.
     fn decode(&self, compressed: &meshopt::Compressed, place: &str) -> Result<Vec<u8>> {
-        let asked = compressed.decoded_bytes();
-        let within = |left: u64| left.checked_sub(asked);
-        if let Err(left) = self.decodable.fetch_update(Ordering::Relaxed, Ordering::Relaxed, within) {
-            let cause = format!("would take {asked} bytes once decoded, and {left} are left of those allowed");
-            return Err(Fault::too_large(place, cause));
-        }
+        self.reserve(compressed.decoded_bytes(), place)?;
         let stream = self.part(compressed.buffer, compressed.byte_offset, compressed.byte_length, place)?;
         compressed.decode(stream, place)
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use draco_core::{DecodeLimits, DecoderBuffer, MeshDecoder};
+use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, MeshDecoder};
 use gltf::json::accessor::ComponentType as Component;
 use serde::Deserialize;
 
@@ -12,6 +12,9 @@ use super::document::{Int, Primitive};
 use super::error::{Fault, Result};
 
 pub(crate) const NAME: &str = "KHR_draco_mesh_compression";
+
+/// Vertices, and triangles, that a byte of a stream may unfold to where the accessors state fewer.
+const MAX_ELEMENTS_A_BYTE: u64 = 16;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -29,7 +32,7 @@ pub(crate) struct Decoded {
 }
 
 /// Decodes a primitive that is compressed. What the stream may unfold to is bounded by what the primitive's accessors
-/// state: `vertices` and `corners`.
+/// state (`vertices` and `corners`), and where that is less, by the stream's own length.
 pub(crate) fn decode(
     accessors: &Accessors,
     primitive: &Primitive,
@@ -41,34 +44,42 @@ pub(crate) fn decode(
     let broken = |cause: String| Fault::invalid(place, format!("is compressed with Draco, but {cause}"));
     let json = parsed.map_err(|e| broken(format!("its extension cannot be read: {e}")))?;
     let stream = accessors.buffers.view(json.buffer_view, &format!("{NAME} of {place}"))?.bytes;
+    let by_length = (stream.len() as u64).saturating_mul(MAX_ELEMENTS_A_BYTE);
+    let (points, faces) = (by_length.max(vertices as u64), by_length.max(corners as u64 / 3));
     // Values are at most 4 components of 8 bytes while they are decoded.
-    let bytes = vertices as u64 * 32 * (json.attributes.len() as u64 + 1) + (1 << 16);
-    let limits = DecodeLimits::default()
-        .with_max_points(vertices as u64)
-        .with_max_faces(corners as u64 / 3)
-        .with_max_decoded_bytes(bytes);
+    let bytes = points.saturating_mul(32 * (json.attributes.len() as u64 + 1)).saturating_add(1 << 16);
+    let limits = DecodeLimits::default().with_max_points(points).with_max_faces(faces).with_max_decoded_bytes(bytes);
     // The decoder checks what it reads; should it fail inside on damaged data, that is the file's error and no crash.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let mut mesh = draco_core::Mesh::new();
         MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map(|()| mesh)
     }));
-    let mesh = match decoded {
-        Ok(Ok(mesh)) => mesh,
-        Ok(Err(e)) => return Err(broken(format!("its stream cannot be decoded ({e})"))),
-        Err(_) => return Err(broken("its stream is damaged".into())),
-    };
-    let (points, faces) = (mesh.num_points(), mesh.num_faces());
-    if points != vertices || faces != corners / 3 {
-        let cause = format!(
-            "its stream has {points} vertices and {faces} triangles where the accessors state {vertices} and {}",
-            corners / 3
-        );
-        return Err(broken(cause));
+    match decoded {
+        Ok(Ok(mesh)) => Ok(Some(Decoded { mesh, attributes: json.attributes, place: place.to_owned() })),
+        Ok(Err(e)) if e.kind() == ErrorKind::LimitExceeded => {
+            Err(broken(format!("its stream has more than {points} vertices or {faces} triangles, or too many values")))
+        }
+        Ok(Err(e)) => Err(broken(format!("its stream cannot be decoded ({e})"))),
+        Err(_) => Err(broken("its stream is damaged".into())),
     }
-    Ok(Some(Decoded { mesh, attributes: json.attributes, place: place.to_owned() }))
 }
 
 impl Decoded {
+    /// Vertices of the stream.
+    pub(crate) fn vertices(&self) -> usize {
+        self.mesh.num_points()
+    }
+
+    /// Triangles of the stream.
+    pub(crate) fn triangles(&self) -> usize {
+        self.mesh.num_faces()
+    }
+
+    /// Whether the stream has an attribute, so that its accessor has no bytes of its own.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.attributes.contains_key(name)
+    }
+
     /// Indices, three a triangle.
     pub(crate) fn indices(&self) -> Vec<u32> {
         self.mesh.faces().iter().flatten().map(|point| point.0).collect()

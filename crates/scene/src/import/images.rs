@@ -59,8 +59,8 @@ impl Decoded {
     }
 }
 
-/// Decodes glTF images. Each entry of `wanted` lists images that can serve one texture, best first; a later one is decoded
-/// only where all before it cannot be read.
+/// Decodes glTF images. Each entry of `wanted` lists images that can serve one texture, best first;
+/// a later one is decoded only where all before it cannot be read.
 pub(crate) fn decode_all(sources: Sources, wanted: &[Vec<usize>]) -> Decoded {
     let mut out = Decoded::default();
     // Two glTF images may share a URI or a view: the later ones follow the first.

@@ -39,7 +39,11 @@ pub(crate) struct Plan<'a> {
     place: String,
     mode: Mode,
     positions: Typed<'a>,
+    /// Vertices: those of `positions`, or of the Draco stream.
+    count: usize,
     indices: Option<Typed<'a>>,
+    /// Corners: those of `indices`, of vertices without indices, or of the Draco stream.
+    corners: usize,
 }
 
 impl<'a> Plan<'a> {
@@ -74,14 +78,16 @@ impl<'a> Plan<'a> {
             Some(index) => Some(accessors.typed(index, &user("indices", &place))?),
             None => None,
         };
-        Ok(Some(Self { json, place, mode, positions, indices }))
+        let count = positions.count;
+        let corners = indices.map_or(count, |i| i.count);
+        Ok(Some(Self { json, place, mode, positions, count, indices, corners }))
     }
 
     /// Bytes that reading takes at most, so that a small file cannot ask for all memory.
     pub(crate) fn bytes(&self, draft: &Draft) -> u64 {
-        let corners = self.indices.map_or(self.positions.count, |i| i.count) as u64;
+        let corners = self.corners as u64;
         let triangles = self.mode.triangles_of(corners as usize) as u64;
-        let picked = self.positions.count as u64;
+        let picked = self.count as u64;
         let vertices = if self.indices.is_some() && !self.positions.is_sparse() { picked.min(corners) } else { picked };
         let normal = if self.json.attributes.contains_key("NORMAL") { 12 } else { 0 };
         let color = if self.json.attributes.contains_key("COLOR_0") { 16 } else { 0 };
@@ -106,10 +112,14 @@ impl<'a> Plan<'a> {
         deformation: &Deformation,
     ) -> Result<(Mesh, Warnings)> {
         let mut warnings = Warnings::default();
-        let corners = self.indices.map_or(self.positions.count, |i| i.count);
-        let draco = draco::decode(accessors, self.json, self.positions.count, corners, &self.place)?;
-        let (triangles, pick) = self.triangles(accessors, draco.as_ref(), &mut warnings)?;
-        let vertices = Vertices { plan: self, accessors, draco: draco.as_ref(), pick: pick.as_deref() };
+        let draco = draco::decode(accessors, self.json, self.count, self.corners, &self.place)?;
+        let unfolded = draco.as_ref().map(|draco| self.with_counts_of(draco, &mut warnings)).transpose()?;
+        let plan = unfolded.as_ref().unwrap_or(self);
+        // What the check of all sizes did not know of.
+        let beyond = plan.bytes(draft).saturating_sub(self.bytes(draft));
+        accessors.buffers.reserve(beyond, &self.place)?;
+        let (triangles, pick) = plan.triangles(accessors, draco.as_ref(), &mut warnings)?;
+        let vertices = Vertices { plan, accessors, draco: draco.as_ref(), pick: pick.as_deref() };
         let positions = vertices.positions()?;
         let mut mesh = Mesh { positions, triangles, material, ..Mesh::default() };
         mesh.normals = vertices.normals(&mesh, &mut warnings)?;
@@ -128,6 +138,34 @@ impl<'a> Plan<'a> {
         Ok((mesh, warnings))
     }
 
+    /// The plan with the counts of its Draco stream, which hold where the accessors state others:
+    /// encoders split vertices.
+    fn with_counts_of(&self, draco: &draco::Decoded, warnings: &mut Warnings) -> Result<Self> {
+        let (count, triangles) = (draco.vertices(), draco.triangles());
+        let place = &self.place;
+        if self.indices.is_none() {
+            warnings.push(format!(
+                "The Draco stream of {place} has no indices accessor beside it; its own indices are used."
+            ));
+        }
+        if count != self.count || (self.indices.is_some() && triangles != self.corners / 3) {
+            if !draco.has("POSITION") {
+                let cause = format!("has {} positions beside a Draco stream of {count} vertices", self.count);
+                return Err(Fault::invalid(place, cause));
+            }
+            let stated = match &self.indices {
+                Some(_) => format!("{} and {}", count_of(self.count, "vertex"), count_of(self.corners / 3, "triangle")),
+                None => count_of(self.count, "vertex"),
+            };
+            warnings.push(format!(
+                "The Draco stream of {place} has {} and {} where its accessors state {stated}; the stream is used.",
+                count_of(count, "vertex"),
+                count_of(triangles, "triangle"),
+            ));
+        }
+        Ok(Self { count, corners: 3 * triangles, place: place.clone(), ..*self })
+    }
+
     /// The triangles, and which of the file's vertices they use when that is worth a selection.
     fn triangles(
         &self,
@@ -135,9 +173,8 @@ impl<'a> Plan<'a> {
         draco: Option<&draco::Decoded>,
         warnings: &mut Warnings,
     ) -> Result<(Triangles, Option<Vec<u32>>)> {
-        let count = self.positions.count;
-        let corners = self.indices.map_or(count, |i| i.count);
-        let unused = self.mode.unused_of(corners);
+        let count = self.count;
+        let unused = self.mode.unused_of(self.corners);
         if unused > 0 {
             warnings.push(format!("{} at the end of {} make no triangle.", count_of(unused, "corner"), self.place));
         }
@@ -185,8 +222,9 @@ impl Vertices<'_> {
         };
         let typed = self.accessors.typed(index, &user(name, &self.plan.place))?;
         let place = || format!("accessor {} ({})", index.index(), user(name, &self.plan.place));
-        if typed.count != self.plan.positions.count {
-            let cause = format!("has {} elements, but POSITION has {}", typed.count, self.plan.positions.count);
+        // The counts of what is in a Draco stream are the stream's.
+        if typed.count != self.plan.count && !self.draco.is_some_and(|draco| draco.has(name)) {
+            let cause = format!("has {} elements, but POSITION has {}", typed.count, self.plan.count);
             return Err(Fault::invalid(place(), cause));
         }
         if !legal(&typed) {
@@ -263,7 +301,7 @@ impl Vertices<'_> {
                             self.plan.place
                         ));
                     }
-                    let count = self.pick.map_or(self.plan.positions.count, <[u32]>::len);
+                    let count = self.pick.map_or(self.plan.count, <[u32]>::len);
                     return Ok(vec![Vec2::ZERO; count]);
                 };
                 let mut uvs: Vec<Vec2> = self.floats(&typed, &name)?.into_iter().map(Vec2::from_array).collect();
@@ -325,8 +363,8 @@ impl Vertices<'_> {
         let Some(&index) = target.get(name) else { return Ok(None) };
         let user = user(&format!("{name} of a morph target"), &self.plan.place);
         let typed = self.accessors.typed(index, &user)?;
-        if typed.count != self.plan.positions.count || typed.width != 3 || !legal(self, &typed) {
-            let cause = format!("is not a VEC3 of {} floats", self.plan.positions.count);
+        if typed.count != self.plan.count || typed.width != 3 || !legal(self, &typed) {
+            let cause = format!("is not a VEC3 of {} floats", self.plan.count);
             return Err(Fault::invalid(format!("accessor {} ({user})", index.index()), cause));
         }
         self.accessors.floats(&typed, self.pick).map(Some).map_err(|f| f.used_by(&user))

@@ -139,7 +139,7 @@ impl Skin {
             }
         }
         if unheld > 0 {
-            let vertices = super::warnings::count_of(unheld, "vertex").replace("vertexs", "vertices");
+            let vertices = super::warnings::count_of(unheld, "vertex");
             warnings.push(format!("{vertices} of {place} held by no joint; the first joint moves them."));
         }
         Ok(())

@@ -94,7 +94,8 @@ struct SourceJson {
     source: Option<Int>,
 }
 
-/// The glTF images that can serve a texture, best first: the core `source` is the fallback of an extension's.
+/// The glTF images that can serve a texture, best first: the core `source` is the fallback of an
+/// extension's.
 fn images_for(document: &Document, texture: usize) -> Vec<usize> {
     let Some(json) = document.textures.get(texture) else { return Vec::new() };
     let others = SOURCES.iter().filter_map(|name| json.extensions.parse::<SourceJson>(name)?.ok()?.source);

@@ -20,7 +20,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Entries of a folder that the search for a near match looks at.
-const MAX_ENTRIES: usize = 1 << 16;
+const MAX_ENTRIES: usize = 1 << 12;
 
 /// Reads what a URI refers to; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
@@ -85,7 +85,7 @@ fn decode_data(rest: &str, limit: u64, place: &str) -> Result<Vec<u8>> {
     if payload.len() as u64 / 4 * 3 > limit {
         return Err(Fault::too_large(place, format!("has a data: URI of more than {limit} bytes")));
     }
-    // RFC 3986: a fragment is no part of the data. Base64 has no #, and any other data must encode it.
+    // RFC 3986: a fragment is no part of the data, which must encode a #.
     let payload = payload.split('#').next().unwrap_or_default();
     let mut bytes: Vec<u8> = percent_decode_str(payload).collect();
     if !media.trim_end().to_ascii_lowercase().ends_with(";base64") {
@@ -108,7 +108,7 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
     {
         return refuse(format!("has the URI {}, and only data: and relative ones are read", shown(uri)));
     }
-    // RFC 3986: query and fragment are no part of the path. What is percent-encoded is decoded later, and is part of it.
+    // RFC 3986: query and fragment are no part of the path, but a percent-encoded ? or # is.
     let raw_path = &uri[..uri.find(['?', '#']).unwrap_or(uri.len())];
     let (Ok(path), Ok(whole)) = (percent_decode_str(raw_path).decode_utf8(), percent_decode_str(uri).decode_utf8())
     else {
@@ -124,7 +124,9 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
         return refuse(format!("has the URI {}, which leaves the scene's folder", shown(uri)));
     };
     // Exporters forget to encode: a file may also have a literal %, ?, # or back-slash in its name.
-    let literal = [&path, raw_path, &whole, uri].into_iter().filter_map(without_dots);
+    // On Windows its back-slashes separate.
+    let stays = |name: &&str| without_dots(&name.replace('\\', "/")).is_some();
+    let literal = [&path, raw_path, &whole, uri].into_iter().filter(stays).filter_map(without_dots);
     let mut candidates = std::iter::once(named.clone()).chain(literal).filter(|name| !name.is_empty());
     let name = candidates.find(|name| folder.join(name).exists()).unwrap_or(named);
     if name.is_empty() {
@@ -140,8 +142,8 @@ fn resolve(uri: &str, folder: &Path, place: &str) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// A path with `/` between its parts, once its dot segments are resolved; `None` when it is absolute or climbs above where
-/// it starts.
+/// A path with `/` between its parts, once its dot segments are resolved; `None` when it is absolute
+/// or climbs above where it starts.
 fn without_dots(path: &str) -> Option<String> {
     let drive = path.as_bytes().get(1) == Some(&b':');
     if path.starts_with('/') || drive {
@@ -160,7 +162,7 @@ fn without_dots(path: &str) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// The file below `folder` whose path differs from that of the missing `path` in upper and lower case alone.
+/// The file below `folder` whose path differs from the missing `path` in upper and lower case alone.
 fn near_match(path: &Path, folder: &Path) -> Option<String> {
     let root = folder.canonicalize().ok()?;
     let mut found = folder.to_path_buf();
@@ -177,7 +179,7 @@ fn near_match(path: &Path, folder: &Path) -> Option<String> {
         let wanted = part.to_str()?.to_lowercase();
         let entries =
             found.read_dir().ok()?.take(MAX_ENTRIES).filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        // The order of entries is the file system's; the least makes the message the same everywhere.
+        // File systems list entries in any order; the least name makes the message deterministic.
         found = found.join(entries.filter(|name| name.to_lowercase() == wanted).min()?);
     }
     let name = found.strip_prefix(folder).ok()?.to_str()?.replace('\\', "/");

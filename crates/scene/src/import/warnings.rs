@@ -41,7 +41,11 @@ impl Warnings {
     }
 }
 
-/// `1 triangle`, `2 triangles`.
+/// `1 triangle`, `2 triangles`, `2 vertices`.
 pub(crate) fn count_of(count: usize, noun: &str) -> String {
-    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+    match (count, noun) {
+        (1, _) => format!("1 {noun}"),
+        (_, "vertex") => format!("{count} vertices"),
+        _ => format!("{count} {noun}s"),
+    }
 }

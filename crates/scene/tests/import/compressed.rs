@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde_json::{Value, json};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 
-use crate::build::{Gltf, png};
+use crate::build::{Gltf, png, warned};
 use crate::geometry_extensions::{asset, equals_its_twin, loaded};
 
 #[test]
@@ -29,6 +29,75 @@ fn basis_textures_are_their_gradients() {
         }
     }
     assert_eq!(scene.images.len(), 2);
+}
+
+/// The file with a Draco stream of 441 vertices and 800 triangles, once `edit` has changed its
+/// JSON.
+fn draco(edit: impl Fn(&mut Gltf)) -> Gltf {
+    let file = asset("draco.glb");
+    let length = u32::from_le_bytes(*file[12..].first_chunk().expect("length")) as usize;
+    let json = serde_json::from_slice(&file[20..20 + length]).expect("JSON");
+    let mut gltf = Gltf { json, bin: file[28 + length..].to_vec() };
+    edit(&mut gltf);
+    gltf
+}
+
+#[track_caller]
+fn stream_is_drawn(gltf: &Gltf, warning: &str) {
+    let scene = gltf.load();
+    warned(&scene, warning);
+    let (packed, plain) = (&scene.meshes[0], &scene.meshes[1]);
+    assert_eq!((&packed.positions, &packed.uvs), (&plain.positions, &plain.uvs));
+    assert_eq!((packed.triangles.len(), packed.normals.is_some()), (plain.triangles.len(), true));
+}
+
+#[test]
+fn the_counts_of_a_draco_stream_hold() {
+    for (vertices, corners, stated) in [
+        (440, 2400, "accessors state 440 vertices and 800 triangles"),
+        (441, 3, "accessors state 441 vertices and 1 triangle"),
+        (1, 2400, "accessors state 1 vertex and 800 triangles"),
+        (100_000, 30_000, "accessors state 100000 vertices and 10000 triangles"),
+    ] {
+        let gltf = draco(|gltf| {
+            for (accessor, count) in [vertices, vertices, vertices, corners].into_iter().enumerate() {
+                gltf.json["accessors"][accessor]["count"] = json!(count);
+            }
+        });
+        stream_is_drawn(&gltf, stated);
+        stream_is_drawn(&gltf, "mesh 0, primitive 0 has 441 vertices and 800 triangles");
+    }
+    // Even where the accessors disagree with each other.
+    let gltf = draco(|gltf| gltf.json["accessors"][1]["count"] = json!(7));
+    assert_eq!(gltf.load().warnings, Vec::<String>::new());
+    // What is not in the stream must go with it.
+    draco(|gltf| {
+        let extension = &mut gltf.primitive()["extensions"]["KHR_draco_mesh_compression"];
+        extension["attributes"] = json!({"NORMAL": 1, "TEXCOORD_0": 0});
+        gltf.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": 3});
+    })
+    .refused(&["mesh 0, primitive 0", "3 positions beside a Draco stream of 441 vertices"]);
+}
+
+#[test]
+fn a_draco_stream_without_an_indices_accessor_is_drawn() {
+    let gltf = draco(|gltf| {
+        gltf.primitive().as_object_mut().expect("object").remove("indices");
+    });
+    stream_is_drawn(&gltf, "mesh 0, primitive 0 has no indices accessor beside it");
+}
+
+#[test]
+fn draco_streams_beyond_their_accessors_are_limited() {
+    let gltf = draco(|gltf| {
+        for accessor in 0..4 {
+            gltf.json["accessors"][accessor]["count"] = json!(3);
+        }
+    });
+    let options = LoadOptions { max_geometry_bytes: 10_000, ..LoadOptions::default() };
+    let error = load_bytes(&gltf.glb(), "made.glb".as_ref(), &options).expect_err("refused");
+    assert!(matches!(error, surelight_scene::LoadError::TooLarge { .. }), "{error}");
+    assert!(error.to_string().contains("mesh 0, primitive 0 would take"), "{error}");
 }
 
 /// Panics inside the decoders, which the importer would catch.

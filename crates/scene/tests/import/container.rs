@@ -98,7 +98,7 @@ fn relative_uris_load() {
         ("100%.bin", "100%.bin"),
         ("sub\\x.bin", "sub/x.bin"),
         ("sub/../scene.bin", "scene.bin"),
-        // RFC 3986 resolves dot segments before anything is looked up, so that this folder need not exist.
+        // RFC 3986 resolves dot segments before anything is looked up: this folder need not exist.
         ("gone/../scene.bin", "scene.bin"),
         ("./sub/./%2e%2e/scene.bin", "scene.bin"),
         ("gone\\..\\scene.bin", "scene.bin"),

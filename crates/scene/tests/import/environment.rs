@@ -131,3 +131,119 @@ fn what_was_not_taken_as_written_is_told() {
     let (_, warnings) = surelight_scene::load_environment_with_warnings(&path).expect("loads");
     assert!(warnings[0].contains("2 of 3 texels") && warnings[1].contains("3 × 1"), "{warnings:?}");
 }
+
+/// A Radiance file without run lengths, of this header line and resolution line.
+fn radiance(format: &str, resolution: &str, texels: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = format!("#?RADIANCE\nFORMAT={format}\n\n{resolution}\n").into_bytes();
+    bytes.extend(texels.iter().flatten());
+    bytes
+}
+
+#[test]
+fn all_eight_orientations_of_hdr_give_one_picture() {
+    // Red is 1 to 6, row by row, in a picture of 3 × 2.
+    let texel = |red: u32| [red as u8, 0, 0, 136];
+    let expected: Vec<f32> = (1..=6).map(|i| i as f32).collect();
+    for (resolution, order) in [
+        ("-Y 2 +X 3", [1, 2, 3, 4, 5, 6]),
+        ("-Y 2 -X 3", [3, 2, 1, 6, 5, 4]),
+        ("+Y 2 +X 3", [4, 5, 6, 1, 2, 3]),
+        ("+Y 2 -X 3", [6, 5, 4, 3, 2, 1]),
+        ("+X 3 -Y 2", [1, 4, 2, 5, 3, 6]),
+        ("+X 3 +Y 2", [4, 1, 5, 2, 6, 3]),
+        ("-X 3 -Y 2", [3, 6, 2, 5, 1, 4]),
+        ("-X 3 +Y 2", [6, 3, 5, 2, 4, 1]),
+    ] {
+        let map = load("map.hdr", &radiance("32-bit_rle_rgbe", resolution, &order.map(texel))).expect("loads");
+        assert_eq!((map.width, map.height), (3, 2), "{resolution}");
+        assert_eq!(map.texels.iter().map(|t| t[0]).collect::<Vec<_>>(), expected, "{resolution}");
+    }
+}
+
+#[test]
+fn xyze_becomes_rec709() {
+    // D65 white of luminance 1, and the red primary of Rec. 709; 128 stands for 1.
+    let texels = [[122, 128, 139, 129], [211, 109, 10, 127]];
+    let map = load("map.hdr", &radiance("32-bit_rle_xyze", "-Y 1 +X 2", &texels)).expect("loads");
+    for (texel, expected) in map.texels.iter().zip([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0]]) {
+        // Steps of XYZE are 1/128 and 1/512.
+        assert!(texel.iter().zip(expected).all(|(a, b): (&f32, f32)| (a - b).abs() < 0.015), "{texel:?} {expected:?}");
+    }
+    // COLORCORR and EXPOSURE are of what is stored: of X, Y and Z.
+    let mut scaled = b"#?RADIANCE\nCOLORCORR=1 2 4\nEXPOSURE=2\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n".to_vec();
+    // 0.95 · 2, 1 · 4 and 1.09 · 8.
+    scaled.extend([30, 64, 139, 132]);
+    let white = load("map.hdr", &scaled).expect("loads").texels[0];
+    assert!((white[1] - 1.0).abs() < 0.05 && (white[0] - 1.0).abs() < 0.05, "{white:?}");
+}
+
+#[test]
+fn radiance_files_are_refused_in_words_of_a_user() {
+    let refused = |format: &str, resolution: &str, part: &str| {
+        let message = load("map.hdr", &radiance(format, resolution, &[TEXEL; 8])).expect_err("refused").to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    refused("32-bit_rle_luv", "-Y 2 +X 4", "FORMAT is \"32-bit_rle_luv\", and only 32-bit_rle_rgbe and");
+    for resolution in ["-Y 2 +Y 4", "-Y 2 +X", "-Y 2 +X 4 5", "Y 2 X 4", "-Y 2 +X many", ""] {
+        refused("32-bit_rle_rgbe", resolution, &format!("resolution line is \"{resolution}\", and the form is"));
+    }
+    // The run of five is longer than the row.
+    let mut runs = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n".to_vec();
+    runs.extend([2, 2, 0, 8, 137, 1, 137, 1]);
+    let message = load("map.hdr", &runs).expect_err("refused").to_string();
+    assert!(message.contains("run lengths of its pixels do not fit its width"), "{message}");
+}
+
+/// A 2 × 1 OpenEXR file of channels with these names; the n-th is n + 1 on the left and
+/// 10 (n + 1) on the right.
+fn channels(names: &[&str]) -> Vec<u8> {
+    use exr::prelude::*;
+    let list = names.iter().enumerate().map(|(n, name)| {
+        let value = n as f32 + 1.0;
+        AnyChannel::new(*name, FlatSamples::F32(vec![value, 10.0 * value]))
+    });
+    let channels = AnyChannels::sort(list.collect());
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_channels((2, 1), channels).write().to_buffered(&mut bytes).expect("encodes");
+    bytes.into_inner()
+}
+
+#[test]
+fn exr_of_luminance_alone_is_grey() {
+    for names in [&["Y"][..], &["A", "Y"], &["sky.Y"]] {
+        let y = names.len() as f32;
+        let map = load("map.exr", &channels(names)).expect("loads");
+        assert_eq!(map.texels, [[y; 3], [10.0 * y; 3]], "{names:?}");
+    }
+}
+
+#[test]
+fn the_one_layer_of_exr_with_colour_is_found() {
+    let plain = [[1.0, 2.0, 3.0], [10.0, 20.0, 30.0]];
+    for names in [
+        &["R", "G", "B", "other.R", "other.G", "other.B"][..],
+        &["ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B", "ViewLayer.Combined.A"],
+        &["View Layer.R", "View Layer.G", "View Layer.B", "Depth.Z", "Y", "Other.R", "Other.G"],
+        &["V.Combined.R", "V.Combined.G", "V.Combined.B", "V.DiffCol.R", "V.DiffCol.G", "V.DiffCol.B"],
+    ] {
+        assert_eq!(load("map.exr", &channels(names)).expect("loads").texels, plain, "{names:?}");
+    }
+}
+
+#[test]
+fn exr_without_one_picture_is_refused_by_its_channels() {
+    for (names, part) in [
+        (&["A", "View.Depth.Z"][..], "its channels are A, View.Depth.Z"),
+        (&["R", "G"], "its channels are G, R"),
+        (&["a.R", "b.G", "b.B"], "its channels are a.R, b.B, b.G"),
+        (&["Y", "RY", "BY"], "its channels are BY, RY, Y"),
+        (&["a.R", "a.G", "a.B", "b.R", "b.G", "b.B"], "several layers with channels R, G and B (a, b)"),
+    ] {
+        let message = load("map.exr", &channels(names)).expect_err("refused").to_string();
+        assert!(message.contains(part), "{message}");
+    }
+    let many: Vec<String> = (0..300).map(|i| format!("{i:03}{}", "x".repeat(100))).collect();
+    let message =
+        load("map.exr", &channels(&many.iter().map(String::as_str).collect::<Vec<_>>())).expect_err("refused");
+    assert!(message.to_string().ends_with("and 288 more.") && message.to_string().len() < 1200, "{message}");
+}

@@ -264,7 +264,7 @@ fn webp_stands_before_its_fallback() {
     assert_eq!(scene.images[0].rgba, [0, 0, 255, 255]);
 }
 
-/// The square whose texture has image 1 of these bytes in an extension, beside image 0, which is sound.
+/// The square whose texture has image 1 of these bytes in an extension, beside a sound image 0.
 fn beside_a_png(extension: &str, bytes: &[u8]) -> Gltf {
     textured(json!({"index": 0}), |gltf| {
         let view = gltf.view(bytes);
