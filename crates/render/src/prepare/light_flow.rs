@@ -456,7 +456,7 @@ impl<'a> Flow<'a> {
             let cosine = surface.normal.dot(-direction).clamp(0.0, 1.0);
             let delta = Delta::of(material, cosine, surface.front);
             let is_pane = is_pane(material, material.roughness < SMOOTH);
-            let scattered = (1.0 - delta.total()).max(0.0) * albedo(material);
+            let scattered = (1.0 - delta.total()).max(0.0) * delta.rest * albedo(material);
             let through = if is_pane { delta.transmitted } else { 0.0 };
             // What ends here, what passes straight through, and what a delta sends on; aimed rays land after a delta alone, and others
             // have none.
@@ -688,23 +688,33 @@ struct Delta {
     transmitted: f64,
     /// Index beyond over that on the ray's side; 1 for thin walls.
     eta: f64,
+    /// Of what no delta takes, the share that is scattered: smooth metal and glass absorb it.
+    rest: f64,
 }
 
 impl Delta {
     fn of(m: &Material, cosine: f64, front: bool) -> Self {
         let brightest = |c: &[f32]| f64::from(c.iter().copied().fold(0.0, f32::max));
-        let mut delta = Self { reflected: 0.0, transmitted: 0.0, eta: 1.0 };
+        let mut delta = Self { reflected: 0.0, transmitted: 0.0, eta: 1.0, rest: 1.0 };
         if has_facets(m) && m.roughness < SMOOTH {
             let ior = if m.ior == 0.0 { 1e6 } else { f64::from(m.ior) };
             let (metallic, transmission) = (f64::from(m.metallic), f64::from(m.transmission));
-            if m.volume.is_some() {
+            // What transmits has the exact reflectance, everything else Schlick's.
+            let bends = m.volume.is_some() && transmission > 0.0;
+            if bends {
                 delta.eta = if front { ior } else { 1.0 / ior };
             }
-            let fresnel = fresnel(cosine, if m.volume.is_some() { delta.eta } else { ior });
+            let fresnel = if transmission > 0.0 {
+                fresnel(cosine, if bends { delta.eta } else { ior })
+            } else {
+                let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
+                f0 + (1.0 - f0) * (1.0 - cosine).powi(5)
+            };
             let strength = if fresnel < 1.0 { f64::from(m.specular) } else { 1.0 };
             let dielectric = fresnel * strength;
             let colour = brightest(&m.base_color[..3]);
             delta.reflected = metallic * colour + (1.0 - metallic) * dielectric;
+            delta.rest = (1.0 - metallic) * (1.0 - transmission);
             delta.transmitted = (1.0 - metallic) * (1.0 - dielectric) * transmission * colour;
         }
         if is_coated(m) && m.clearcoat.roughness < SMOOTH {
