@@ -23,6 +23,7 @@ use surelight_scene::{AlphaMode, Camera, Light, LightKind, Material, Projection,
 use super::{
     casters::Ball,
     caustics::cone_height,
+    clip::Planes,
     environment::EnvironmentTable,
     lights::AreaLight,
     lobes::{has_facets, is_coated, is_pane},
@@ -67,19 +68,20 @@ pub(crate) struct LightFlow {
 }
 
 /// What the analysis looks at.
-pub(crate) struct FlowInput<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) accel: &'a Accel,
-    pub(crate) camera: &'a Camera,
-    pub(crate) view: &'a View,
+pub(super) struct FlowInput<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) accel: &'a Accel,
+    pub(super) camera: &'a Camera,
+    pub(super) view: &'a View,
+    pub(super) planes: &'a Planes,
     /// Emissive triangles and parallelograms, camera space.
-    pub(crate) area: &'a [AreaLight],
+    pub(super) area: &'a [AreaLight],
     /// The environment map and the factor on it.
-    pub(crate) sky: Option<(&'a EnvironmentTable, f64)>,
+    pub(super) sky: Option<(&'a EnvironmentTable, f64)>,
     /// Radiance of a uniform environment, luminance.
-    pub(crate) uniform_sky: f64,
+    pub(super) uniform_sky: f64,
     /// Balls around every surface that may have a delta lobe, camera space.
-    pub(crate) balls: &'a [Ball],
+    pub(super) balls: &'a [Ball],
 }
 
 /// A photon where it lands.
@@ -129,7 +131,7 @@ fn point(i: u32) -> [f64; 6] {
 
 impl LightFlow {
     /// Sends the photons. Without balls there are no deltas, and nothing is sent.
-    pub(crate) fn new(input: &FlowInput) -> Self {
+    pub(super) fn new(input: &FlowInput) -> Self {
         if input.balls.is_empty() || !input.accel.bounds.lo.is_finite() || !input.accel.bounds.hi.is_finite() {
             return Self::default();
         }
@@ -143,33 +145,22 @@ enum Fate {
     Landed(Photon),
 }
 
-/// One of three events: the photon lands, passes, or is sent on by a delta. Of the latter's two lobes the first two names stand for
-/// reflection and refraction.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Pick {
-    Land,
-    Pass,
-    Bounce,
-}
-
-impl Pick {
-    /// One of those whose shares are above 0, and its probability: each has a fifth at least, so that weak ones are met.
-    /// Uses up a part of `u`.
-    fn new(shares: [f64; 3], u: &mut f64) -> Option<(Self, f64)> {
-        let total: f64 = shares.iter().sum();
-        let chances = shares.map(|share| if share > 0.0 { (share / total).max(0.2) } else { 0.0 });
-        let sum: f64 = chances.iter().sum();
-        let mut below = 0.0;
-        for (pick, chance) in [Self::Land, Self::Pass, Self::Bounce].into_iter().zip(chances) {
-            let p = chance / sum;
-            if p > 0.0 && *u < below + p {
-                *u = ((*u - below) / p).clamp(0.0, 1.0 - 1e-12);
-                return Some((pick, p));
-            }
-            below += p;
+/// Chooses an event by its share: its index, and the probability. Events of weak shares have a fifth at least, so that they are met.
+/// `u` is uniform in [0, 1), and is again afterwards.
+fn choose_event<const N: usize>(shares: [f64; N], u: &mut f64) -> Option<(usize, f64)> {
+    let total: f64 = shares.iter().sum();
+    let chances = shares.map(|share| if share > 0.0 { (share / total).max(0.2) } else { 0.0 });
+    let sum: f64 = chances.iter().sum();
+    let mut below = 0.0;
+    for (event, chance) in chances.into_iter().enumerate() {
+        let p = chance / sum;
+        if p > 0.0 && *u < below + p {
+            *u = ((*u - below) / p).clamp(0.0, 1.0 - 1e-12);
+            return Some((event, p));
         }
-        None
+        below += p;
     }
+    None
 }
 
 struct Flow<'a> {
@@ -250,7 +241,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Luminance, per side: the mean over the emitter is what its weight holds, but for a factor that all its triangles share.
+    /// Luminance of an emitter's factor, per side; textures and coverage are not looked up.
     fn emission_of(&self, light: &AreaLight) -> f32 {
         luminance(self.input.scene.materials[light.material()].emissive) as f32
     }
@@ -462,40 +453,31 @@ impl<'a> Flow<'a> {
             // have none.
             let land = if aimed == (events > 0) { scattered } else { 0.0 };
             let bounce = if aimed && events < MAX_EVENTS { delta.reflected + delta.transmitted - through } else { 0.0 };
-            let pick = Pick::new([land, through, bounce], &mut u);
-            flux *= match pick {
-                Some((_, probability)) => 1.0 / probability,
-                None => return Fate::Lost,
-            };
-            match pick {
-                Some((Pick::Land, _)) => {
-                    let solid_angle = if distant { extent } else { extent / (length * length) };
-                    let chance = (surface.geometric.dot(-direction).abs() / PI * solid_angle * lobes).min(1.0);
-                    let flux = flux * scattered;
-                    return Fate::Landed(Photon { position: at, normal: surface.geometric, flux, chance });
-                }
-                Some((Pick::Pass, _)) => {
-                    flux *= through;
-                    passed += 1;
-                }
-                _ => {
-                    let refracted = delta.transmitted - through;
-                    let Some((lobe, probability)) = Pick::new([delta.reflected, refracted, 0.0], &mut u) else {
-                        return Fate::Lost;
-                    };
-                    let share = if lobe == Pick::Land { delta.reflected } else { refracted };
-                    flux *= share / probability;
-                    lobes *= share / delta.total();
-                    events += 1;
-                    direction = if lobe == Pick::Land {
-                        direction - surface.normal * (2.0 * direction.dot(surface.normal))
-                    } else {
-                        match refract(direction, surface.normal, delta.eta) {
-                            Some(bent) => bent,
-                            None => return Fate::Lost,
-                        }
-                    };
-                }
+            let Some((event, probability)) = choose_event([land, through, bounce], &mut u) else { return Fate::Lost };
+            flux /= probability;
+            if event == 0 {
+                let solid_angle = if distant { extent } else { extent / (length * length) };
+                let chance = (surface.geometric.dot(-direction).abs() / PI * solid_angle * lobes).min(1.0);
+                let flux = flux * scattered;
+                return Fate::Landed(Photon { position: at, normal: surface.geometric, flux, chance });
+            }
+            if event == 1 {
+                flux *= through;
+                passed += 1;
+            } else {
+                let shares = [delta.reflected, delta.transmitted - through];
+                let Some((lobe, probability)) = choose_event(shares, &mut u) else { return Fate::Lost };
+                flux *= shares[lobe] / probability;
+                lobes *= shares[lobe] / delta.total();
+                events += 1;
+                direction = if lobe == 0 {
+                    direction - surface.normal * (2.0 * direction.dot(surface.normal))
+                } else {
+                    match refract(direction, surface.normal, delta.eta) {
+                        Some(bent) => bent,
+                        None => return Fate::Lost,
+                    }
+                };
             }
             // To the side that it leaves for.
             let side = if direction.dot(surface.geometric) > 0.0 { 1.0 } else { -1.0 };
@@ -636,9 +618,11 @@ impl<'a> Flow<'a> {
         let picture = 4.0 * right.length() * up.length();
         let distance = if orthographic { depth } else { to_point.length() };
         let direction = if orthographic { forward } else { to_point / distance };
-        let start = photon.position - direction * distance;
+        // What the near plane cuts hides nothing.
+        let start = self.input.planes.start(photon.position - direction * distance, direction);
+        let left = (photon.position - start).dot(direction);
         let seen = self.input.accel.intersect(&Ray::new(start.as_vec3(), direction.as_vec3()));
-        if seen.is_some_and(|hit| f64::from(hit.t) < distance * (1.0 - 1e-4)) {
+        if left <= 0.0 || seen.is_some_and(|hit| f64::from(hit.t) < left * (1.0 - 1e-4)) {
             return 0.0;
         }
         let cosine = photon.normal.dot(direction).abs();

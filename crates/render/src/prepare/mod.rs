@@ -154,6 +154,7 @@ impl Prepared {
             accel: &accel,
             camera,
             view: &view,
+            planes: &planes,
             area: &lights.area,
             sky: environment.as_ref().map(|table| (table, factor)),
             uniform_sky: match &scene.environment {
@@ -442,11 +443,11 @@ fn decide(
 const MAX_MISSING: f64 = 1e-3;
 
 /// Shares below this are none.
-const LEAST_DELTA_SHARE: f64 = 1e-4;
+const MIN_DELTA_SHARE: f64 = 1e-4;
 
 /// From this relative variance per sample on, tracing light from the lights pays for itself (docs/performance.md), and from the second
 /// where neighbours would share paths instead.
-const LEAST_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
+const MIN_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
 
 /// What [`Integrator::Auto`] stands for, and why. `shares`: whether neighbours would share paths without particles.
 fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce() -> bool) -> (Integrator, String) {
@@ -470,10 +471,10 @@ fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce()
         return (Integrator::Caustics, why);
     }
     let noise = flow.chance_noise;
-    if flow.delta_share < LEAST_DELTA_SHARE {
+    if flow.delta_share < MIN_DELTA_SHARE {
         return (Integrator::Mis, "hardly any light comes to surfaces by mirrors or smooth glass".into());
     }
-    if noise < LEAST_CHANCE_NOISE[0] || noise < LEAST_CHANCE_NOISE[1] && shares() {
+    if noise < MIN_CHANCE_NOISE[0] || noise < MIN_CHANCE_NOISE[1] && shares() {
         let why =
             format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is easily found by chance");
         return (Integrator::Mis, why);
