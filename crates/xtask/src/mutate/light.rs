@@ -79,15 +79,6 @@ pub(super) const ROWS: &[Mutation] = &[
     },
     Mutation {
         case: 38,
-        mistake: "neighbours that see the second vertex of a path through a pane",
-        file: "shaders/kernel/blocks.wesl",
-        from: "if (own == 0u) { seen0.weight *= passage; seen0.alone = 1u; share0.on = on; }",
-        to: "if (own == 0u) { seen0.weight *= passage; share0.on = on; }",
-        binary: BINARY,
-        test: "panes::shared_paths_agree_through_panes",
-    },
-    Mutation {
-        case: 38,
         mistake: "light that goes through glass counted as light that is scattered",
         file: "crates/render/src/prepare/light_flow.rs",
         from: "if aimed == (events > 0) { scattered }",
