@@ -94,6 +94,25 @@ pub fn read_exr(path: &Path) -> Result<ExrImage, ReadError> {
     decode(&bytes).map_err(fail)
 }
 
+/// Size, place and metadata of a flat EXR of any program, without its channels.
+///
+/// # Errors
+/// Where the file is missing or damaged.
+pub fn read_exr_header(path: &Path) -> Result<ExrImage, ReadError> {
+    let fail = |cause: String| ReadError::new(path, cause);
+    let file = std::fs::File::open(path).map_err(|error| fail(io_cause(&error)))?;
+    let meta = MetaData::read_from_buffered(std::io::BufReader::new(file), false).map_err(|e| fail(cause_of(e)))?;
+    let first = meta.headers.first().ok_or_else(|| fail("it has no picture in it".into()))?;
+    let attributes = meta.headers.iter().flat_map(|h| [&h.own_attributes.other, &h.shared_attributes.other]);
+    Ok(ExrImage {
+        width: first.layer_size.width(),
+        height: first.layer_size.height(),
+        position: [first.own_attributes.layer_position.x(), first.own_attributes.layer_position.y()],
+        metadata: attributes.into_iter().find_map(attribute_text),
+        ..ExrImage::default()
+    })
+}
+
 fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
     check_claim(bytes, MAX_VALUES)?;
     let file = ::exr::prelude::read()
@@ -242,6 +261,8 @@ mod tests {
                 "R",
                 "Samples.N",
                 "Tail.K",
+                "Tail.Max",
+                "Tail.Squares",
                 "Variance.B",
                 "Variance.G",
                 "Variance.R"
@@ -278,6 +299,15 @@ mod tests {
         let image = decode(&bytes).unwrap();
         assert!(image.metadata.as_ref().is_some_and(|json| json.is_ascii()), "{:?}", image.metadata);
         assert_eq!(image.surelight_metadata(), Some(metadata));
+    }
+
+    #[test]
+    fn the_file_names_its_colour_space() {
+        let bytes = encode_exr(&film(), &metadata()).unwrap();
+        let meta = MetaData::read_from_buffered(Cursor::new(&bytes), false).unwrap();
+        let found = meta.headers[0].shared_attributes.chromaticities.unwrap();
+        let points = [found.red, found.green, found.blue, found.white].map(|point| [point.x(), point.y()]);
+        assert_eq!(points, [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
     }
 
     #[test]

@@ -3,9 +3,10 @@
 //! A part is a box: a rectangle of pixels times a range of samples. Parts that do not overlap and fill a box are as good as that
 //! box rendered in one go, since totals do not depend on how they were added up.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::identity::{Difference, difference};
+use crate::identity::{Difference, Sameness, difference};
 use crate::{Film, Metadata, Part, ReadError, Window, read_part, read_part_header};
 
 /// A part, known by its header.
@@ -131,14 +132,16 @@ pub enum MergeError {
     #[error("there is nothing to merge")]
     Nothing,
     /// Two parts of two renders.
-    #[error("\"{}\" and \"{}\" are not of one render: {} is {} in the first and {} in the second", first.display(), second.display(), difference.what, difference.first, difference.second)]
+    #[error("\"{}\" and \"{}\" are not of one render: {} is {} in the first and {} in the second{}", first.display(), second.display(), difference.what, difference.first, difference.second, remedy(*mixed))]
     Different {
         /// A part.
         first: PathBuf,
         /// Another.
         second: PathBuf,
         /// What tells them apart.
-        difference: Difference,
+        difference: Box<Difference>,
+        /// Whether they differ in adapter, driver or kernel alone, and can be mixed.
+        mixed: bool,
     },
     /// A part of a render whose samples were not counted beforehand: another one may have cut them into other batches.
     #[error("\"{}\" is of a render without a set number of samples (--spp), which cannot be joined with others", path.display())]
@@ -172,6 +175,10 @@ pub enum MergeError {
     },
 }
 
+fn remedy(mixed: bool) -> &'static str {
+    if mixed { "; --mixed merges them all the same: means and error bars hold, bits do not" } else { "" }
+}
+
 /// Parts that belong together and fill a rectangle of pixels times a range of samples.
 #[derive(Debug, Clone)]
 pub struct MergePlan {
@@ -185,11 +192,12 @@ pub struct MergePlan {
 }
 
 impl MergePlan {
-    /// Looks at the parts' headers: whether they are of one render, do not overlap and leave no hole.
+    /// Checks the parts' headers: they are of one render, do not overlap and leave no hole.
+    /// With [`Sameness::Estimator`], adapters may differ.
     ///
     /// # Errors
-    /// A sentence that names the files and what stands in the way.
-    pub fn new(parts: Vec<PartFile>) -> Result<Self, MergeError> {
+    /// A sentence that names the files and the conflict.
+    pub fn new(parts: Vec<PartFile>, sameness: Sameness) -> Result<Self, MergeError> {
         let first = parts.first().ok_or(MergeError::Nothing)?;
         let whole = first.window.whole;
         for other in &parts[1..] {
@@ -199,11 +207,13 @@ impl MergePlan {
                 first: size(first),
                 second: size(other),
             });
-            if let Some(difference) = difference(&first.metadata, &other.metadata).or(sizes) {
+            if let Some(found) = difference(&first.metadata, &other.metadata, sameness).or(sizes.clone()) {
+                let estimator = difference(&first.metadata, &other.metadata, Sameness::Estimator).or(sizes);
                 return Err(MergeError::Different {
                     first: first.path.clone(),
                     second: other.path.clone(),
-                    difference,
+                    mixed: estimator.is_none(),
+                    difference: Box::new(found),
                 });
             }
         }
@@ -241,6 +251,16 @@ impl MergePlan {
         Ok(Self { parts, window, samples: around.samples, missing })
     }
 
+    /// Adapters and drivers of the parts in alphabetical order; none where all are the same.
+    fn adapters(&self) -> Vec<String> {
+        let of = |file: &PartFile| match file.metadata.mixed.as_slice() {
+            [] => vec![format!("{}, driver {}", file.metadata.device, file.metadata.driver)],
+            several => several.to_vec(),
+        };
+        let all: BTreeSet<String> = self.parts.iter().flat_map(of).collect();
+        if all.len() > 1 { all.into_iter().collect() } else { Vec::new() }
+    }
+
     /// Reads the parts one after the other into one film. Complete, it is the film of the whole render, and its metadata are those
     /// of the whole; otherwise it is a larger part.
     ///
@@ -274,6 +294,7 @@ impl MergePlan {
             ..first.part()
         };
         let metadata = Metadata {
+            mixed: self.adapters(),
             sample_range: self.samples,
             crop: (!self.window.is_all()).then(|| self.window.edges()),
             batches: film.degrees_of_freedom(0).round() as u32 + 1,

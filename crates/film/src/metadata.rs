@@ -33,6 +33,12 @@ pub struct Metadata {
     pub biased: Vec<String>,
     /// Samples that were not finite and were left out.
     pub dropped_samples: u64,
+    /// Samples a pixel at which `--resume` extended a render to more than were planned.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub extended_from: Vec<u64>,
+    /// Adapters and drivers of the parts, where they differ: means and error bars hold, bits do not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mixed: Vec<String>,
     /// Of a part of a render: what it takes to go on, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,

@@ -72,6 +72,44 @@ impl PixelMoments {
         }
     }
 
+    /// Totals that reproduce what an image file keeps of them: `samples`, the number of equal batches
+    /// (`batches`), mean, variance of the mean (`None`: unknown), largest sample and sum of squares.
+    ///
+    /// Σ n_b (s_b − n_b m) is not kept; its expectation is zero, which is what it is set to. A batch
+    /// added later shifts the mean by δ, so the estimated variance lacks a term 2 δ Σ n_b (s_b − n_b m):
+    /// of order 1/B of itself and as often positive as negative.
+    pub(crate) fn from_estimate(
+        samples: u64,
+        batches: f64,
+        mean: [f32; 3],
+        variance: Option<[f32; 3]>,
+        [largest, squares]: [f32; 2],
+    ) -> Self {
+        let n = samples as f64;
+        let batches = if variance.is_some() { batches.max(1.0) } else { 1.0 };
+        let r = (n * n / batches).round();
+        let mut totals = Self {
+            samples,
+            samples_squared: r as u64,
+            largest,
+            squares: DoubleDouble { hi: squares.into(), lo: 0.0 },
+            ..Self::default()
+        };
+        totals.sum = mean.map(|mean| DoubleDouble { hi: mean.into(), lo: 0.0 }.times_f64(n));
+        let spread = totals.spread_left();
+        for channel in 0..3 {
+            // As `variance_of_mean` computes it, so that no spread comes back as none.
+            let m = if samples == 0 { DoubleDouble::default() } else { totals.sum[channel].over_f64(n) };
+            totals.weighted_sum[channel] = m.times_f64(r);
+            let mut square_sum = m.times(m).times_f64(r);
+            if let (Some(variance), Some(spread)) = (variance, spread) {
+                square_sum.add_f64(f64::from(variance[channel]) * spread * n * n);
+            }
+            totals.square_sum[channel] = square_sum;
+        }
+        totals
+    }
+
     /// Adds a batch of `samples` samples.
     ///
     /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not
@@ -312,6 +350,30 @@ mod tests {
         merged.merge(&of(&[f32::INFINITY]));
         merged.merge(&of(&[1.0]));
         assert_eq!(merged.squares(), f64::INFINITY);
+    }
+
+    #[test]
+    fn what_a_file_keeps_extends_with_honest_error_bars() {
+        let all = batches(11, 48, &[4]);
+        let rebuilt = |moments: &PixelMoments| {
+            let batches = moments.degrees_of_freedom() + 1.0;
+            let variance = moments.variance_of_mean().map(|v| v.map(|v| v as f32));
+            let tail = [moments.largest() as f32, moments.squares() as f32];
+            PixelMoments::from_estimate(moments.samples(), batches, moments.mean().map(|m| m as f32), variance, tail)
+        };
+        let mut extended = rebuilt(&film_of(&all[..16]));
+        extended.merge(&film_of(&all[16..]));
+        let direct = film_of(&all);
+        assert_eq!((extended.samples(), extended.degrees_of_freedom()), (192, direct.degrees_of_freedom()));
+        let (found, expected) = (extended.variance_of_mean().unwrap(), direct.variance_of_mean().unwrap());
+        for channel in 0..3 {
+            assert!((extended.mean()[channel] / direct.mean()[channel] - 1.0).abs() < 1e-7);
+            assert!((found[channel] / expected[channel] - 1.0).abs() < 0.02, "{found:?} {expected:?}");
+        }
+        // One batch has no variance, equal batches none to speak of.
+        assert_eq!(rebuilt(&film_of(&[(16, [1.0; 3])])).variance_of_mean(), None);
+        assert_eq!(rebuilt(&film_of(&[(12, [0.1; 3]); 16])).variance_of_mean(), Some([0.0; 3]));
+        assert_eq!(rebuilt(&PixelMoments::default()), PixelMoments::default());
     }
 
     #[test]

@@ -8,10 +8,11 @@ use crate::{Certificate, Film, luminance};
 /// Of the certified pixels, this share must be as precise as asked for.
 pub const PRECISE_SHARE: f64 = 0.9;
 
-/// Of all pixels, this share must be certified.
+/// Of the pixels at which light can arrive, this share must be certified.
 pub const CERTIFIED_SHARE: f64 = 0.5;
 
-/// Pixels darker than this share of the picture's mean luminance are judged by that instead of their own.
+/// Pixels darker than this share of the mean luminance (of pixels at which light can arrive) are
+/// judged by that instead of their own.
 pub const LUMINANCE_FLOOR: f64 = 0.1;
 
 /// What makes an interval of a standard error.
@@ -51,14 +52,15 @@ pub struct Precision {
 pub struct Reach {
     /// Relative half-width that nine tenths of the certified pixels stay within; infinite where none is certified.
     pub half_width: f64,
-    /// Share of the pixels that are certified, 0 to 1.
+    /// Share of the pixels at which light can arrive that are certified, 0 to 1.
     pub certified: f64,
 }
 
 impl Precision {
     /// How precise the film is at this confidence and bound.
     pub fn reach(&self, film: &Film, certificate: &Certificate) -> Reach {
-        Reach { half_width: self.half_width(film, &certificate.certified), certified: certificate.share() }
+        let chosen = certificate.certified.iter().zip(&certificate.reachable).map(|(&c, &r)| c && r);
+        Reach { half_width: self.half_width(film, &chosen.collect::<Vec<_>>()), certified: certificate.share() }
     }
 
     /// Whether that is enough.
@@ -72,7 +74,8 @@ impl Precision {
     pub fn half_width(&self, film: &Film, chosen: &[bool]) -> f64 {
         let pixels = film.pixels();
         let means: Vec<f64> = pixels.par_iter().map(|p| luminance(p.mean())).collect();
-        let floor = LUMINANCE_FLOOR * means.iter().sum::<f64>() / means.len().max(1) as f64;
+        let reachable = film.reachable().into_iter().filter(|&r| r).count();
+        let floor = LUMINANCE_FLOOR * means.iter().sum::<f64>() / reachable.max(1) as f64;
         // Nearly always the same for all pixels.
         let dof = film.degrees_of_freedom(0);
         let usual = self.bound.factor(self.confidence, dof);

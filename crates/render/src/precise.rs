@@ -100,6 +100,10 @@ fn pilot(
 ) -> Result<Option<f64>, RenderError> {
     let [batches, samples] = PILOT;
     let mut found = Film::of_window(film.window());
+    if let Some(features) = film.features() {
+        // Which pixels light can reach.
+        found.set_features(features.clone()).map_err(|e| RenderError::LostWork { message: e.to_string() })?;
+    }
     let standing = progression.standing();
     (progression.pilot, progression.batch, progression.spp) = (true, PILOT_BATCH, 0);
     progression.plan = Batches { planned: Some(batches) };
@@ -117,7 +121,7 @@ fn pilot(
     match outcome {
         Some(Outcome::Interrupted) => Ok(None),
         _ => {
-            let narrowed = precision.half_width(&found, &vec![true; found.pixels().len()]) / precision.error;
+            let narrowed = precision.half_width(&found, &found.reachable()) / precision.error;
             Ok(Some(MARGIN * f64::from(spp) * narrowed * narrowed))
         }
     }

@@ -35,31 +35,42 @@ pub fn render(
     goal: &Goal,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
-    render_from(renderer, film, goal, Standing::default(), observer, None).map(|(outcome, _)| outcome)
+    render_from(renderer, film, goal, &mut Standing::default(), observer, None)
 }
 
-/// Likewise, from where another run stood, whose film it was; the bits are those of a single run. Tells where it stands in the end.
+/// Likewise, from the position `standing` of another run, whose film it was; the bits are those of a single
+/// run. `standing` is updated, also on errors: it always describes the film.
 ///
 /// `keeper` is handed the film now and then, to save it.
 pub fn render_from(
     renderer: &mut Renderer<'_>,
     film: &mut Film,
     goal: &Goal,
-    standing: Standing,
+    standing: &mut Standing,
     observer: &mut Watch<'_>,
     keeper: Option<Keeper<'_>>,
-) -> Result<(Outcome, Standing), RenderError> {
-    let mut progression = Progression::new(renderer, goal.time, standing, keeper);
-    let outcome = if let Some(precision) = &goal.precision {
-        precise::render(&mut progression, film, precision, goal.spp, observer)?
+) -> Result<Outcome, RenderError> {
+    let mut progression = Progression::new(renderer, goal.time, *standing, keeper);
+    let outcome = trace(&mut progression, film, goal, observer);
+    *standing = progression.standing();
+    outcome
+}
+
+fn trace(
+    progression: &mut Progression<'_, '_, '_>,
+    film: &mut Film,
+    goal: &Goal,
+    observer: &mut Watch<'_>,
+) -> Result<Outcome, RenderError> {
+    if let Some(precision) = &goal.precision {
+        precise::render(progression, film, precision, goal.spp, observer)
     } else {
         progression.plan = Batches { planned: goal.spp };
-        match progression.advance(film, goal.end.or(goal.spp), observer)? {
-            // Where nothing but time was asked for, its end is the goal.
+        Ok(match progression.advance(film, goal.end.or(goal.spp), observer)? {
+            // Without another goal, the end of the time is the goal.
             Some(Outcome::TimeUp) if goal.spp.is_none() => Outcome::Done,
             Some(outcome) => outcome,
             None => Outcome::Done,
-        }
-    };
-    Ok((outcome, progression.standing()))
+        })
+    }
 }

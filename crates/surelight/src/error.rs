@@ -62,6 +62,15 @@ pub(crate) enum Error {
         /// What tells the renders apart.
         difference: surelight_film::Difference,
     },
+    /// A device that fails while it traces.
+    #[error("{cause}{saved}")]
+    Tracing {
+        /// What failed.
+        #[source]
+        cause: surelight_render::RenderError,
+        /// A clause that lists what was saved.
+        saved: String,
+    },
     /// Parts that cannot be merged.
     #[error(transparent)]
     Merge(#[from] surelight_film::MergeError),
@@ -115,12 +124,7 @@ fn outputs_sentence(failed: &[WriteError], saved: &[PathBuf], checkpoint: Option
         .iter()
         .map(|error| format!("the file \"{}\" could not be written: {}", error.path.display(), error.cause))
         .collect();
-    let saved: Vec<_> = saved.iter().map(|path| format!("\"{}\"", path.display())).collect();
-    let saved = match saved.len() {
-        0 => String::new(),
-        1 => format!("; {} was saved", saved[0]),
-        _ => format!("; {} were saved", saved.join(", ")),
-    };
+    let saved = crate::saved::list(saved);
     let remedy = checkpoint.map_or_else(String::new, |path| format!("; --resume goes on from \"{}\"", path.display()));
     failed.join("; ") + &saved + &remedy
 }

@@ -27,6 +27,7 @@ mod parse;
 mod parts;
 mod progress;
 mod render;
+mod saved;
 mod stopping;
 mod summary;
 
@@ -50,7 +51,8 @@ fn main() -> ExitCode {
     let command = args::parse(std::env::args_os()).unwrap_or_else(|told| told.exit());
     headless::silence_layers();
     panic::set_hook(Box::new(|info| {
-        console::note(&format!("error: Surelight has a defect, please report it: {}", sentence(&info.to_string())));
+        let (cause, saved) = (sentence(&info.to_string()), saved::clause());
+        console::note(&format!("error: Surelight has a defect, please report it: {cause}{saved}"));
     }));
     let done = panic::catch_unwind(|| match command {
         Command::Render(args) => render(&args),
@@ -83,7 +85,13 @@ fn met(target: bool) -> ExitCode {
 
 fn render(args: &options::RenderArgs) -> Result<ExitCode, Error> {
     let summary = render::run(args)?;
-    let text = if args.json { summary.json().map_err(|e| Error::Print(e.into()))? } else { summary.to_string() };
+    let text = if args.json {
+        summary.json().map_err(|e| Error::Print(e.into()))?
+    } else if args.quiet {
+        summary.short()
+    } else {
+        summary.to_string()
+    };
     console::result(&text)?;
     Ok(match summary.stopped {
         summary::Stop::Done => ExitCode::SUCCESS,

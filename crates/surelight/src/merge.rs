@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use surelight_film::{MergePlan, PartFile};
+use surelight_film::{MergePlan, PartFile, Sameness};
 
 use crate::error::Error;
 use crate::options::Tonemap;
@@ -24,6 +24,11 @@ pub(crate) struct MergeArgs {
     #[arg(short, long, value_name = "PATH", value_parser = value::output_paths(), required = true)]
     output: Vec<OutputPath>,
 
+    /// Merge parts that different adapters or drivers rendered, too; recorded in the files: means and
+    /// error bars hold, bits differ from a render in one go
+    #[arg(long)]
+    mixed: bool,
+
     /// Brightens the PNG by this many stops
     #[arg(long, value_name = "EV", value_parser = value::exposure, default_value = "0", allow_hyphen_values = true)]
     exposure: f32,
@@ -41,7 +46,7 @@ pub(crate) struct MergeArgs {
 pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     output::check(&args.output, &args.parts)?;
     let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
-    let plan = MergePlan::new(parts)?;
+    let plan = MergePlan::new(parts, if args.mixed { Sameness::Estimator } else { Sameness::Bits })?;
     render::check_memory(&plan.window)?;
     let (missing, samples) = (plan.missing, plan.samples);
     let (film, metadata) = plan.join()?;
@@ -62,6 +67,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
         can_be_merged: missing.is_some() && args.output.iter().any(|output| output.format == Format::Exr),
         relative_error: film.error_summary().map(|error| RelativeError::new(error, one_sequence)),
         certified: film.certify().share(),
+        mixed: metadata.mixed,
         dropped_samples: metadata.dropped_samples,
         biased: metadata.biased,
     };
@@ -101,6 +107,8 @@ struct Merged {
     relative_error: Option<RelativeError>,
     /// Share of the pixels that are certified.
     certified: f64,
+    /// Adapters and drivers of the parts, where they differ.
+    mixed: Vec<String>,
     /// Samples that were not finite and were left out.
     dropped_samples: u64,
     /// Options in force that bias the picture.
@@ -120,9 +128,12 @@ impl Display for Merged {
             writeln!(f, "missing   {missing}{more}")?;
         }
         if let Some(error) = self.relative_error {
-            writeln!(f, "error     {error}")?;
+            writeln!(f, "noise     {error}")?;
         }
-        writeln!(f, "certified {} of the pixels", Percent(self.certified))?;
+        writeln!(f, "certified {} of the pixels that light can reach", Percent(self.certified))?;
+        if !self.mixed.is_empty() {
+            writeln!(f, "mixed     {}: means and error bars hold, bits do not", self.mixed.join("; "))?;
+        }
         if self.dropped_samples > 0 {
             writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
         }

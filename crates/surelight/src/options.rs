@@ -14,7 +14,7 @@ use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
 
 /// `surelight [render] SCENE`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct RenderArgs {
     /// The scene, a .glb or .gltf file
     #[arg(value_name = "SCENE")]
@@ -123,7 +123,7 @@ impl RenderArgs {
 }
 
 /// Where the picture is taken from.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraArgs {
     /// Camera of the file, by name or number [default: the first; the whole model framed when there is none]
@@ -179,7 +179,7 @@ pub(crate) enum Clip {
 }
 
 /// Light from far away.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Environment")]
 pub(crate) struct LightArgs {
     /// Equirectangular map, .hdr or .exr [default: none; a uniform white sky when nothing else gives light]
@@ -212,7 +212,7 @@ pub(crate) struct LightArgs {
 }
 
 /// What to take out of a file.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct FileArgs {
     /// Scene of the file, by number [default: the one the file names]
     #[arg(long = "scene", id = "scene_index", value_name = "N")]

@@ -22,7 +22,8 @@ pub(crate) struct PartArgs {
     #[arg(long, value_name = "A..B", value_parser = value::samples, requires = "spp", conflicts_with = "error")]
     pub(crate) samples: Option<[u32; 2]>,
 
-    /// Go on from the checkpoint of an earlier run, if there is one
+    /// Continue an earlier run: from its checkpoint bit for bit, or from the finished .exr of the same name, to which the
+    /// samples that --spp, --time or --error still want are added (same mean, honest error bars; the .exr keeps what it takes)
     #[arg(long)]
     pub(crate) resume: bool,
 

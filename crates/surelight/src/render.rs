@@ -16,7 +16,7 @@ use crate::options::{RenderArgs, Tonemap};
 use crate::parse::{Format, OutputPath};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary};
-use crate::{interrupt, output};
+use crate::{interrupt, output, saved};
 
 use checkpoint::Checkpoint;
 use prepare::Loaded;
@@ -39,6 +39,8 @@ struct Finished<'a> {
     standing: Standing,
     /// Samples a pixel that come from a checkpoint.
     resumed_spp: u32,
+    /// What they come from.
+    resumed_from: Option<String>,
     /// The checkpoint that is left.
     checkpoint: Option<std::path::PathBuf>,
     counts: Counts,
@@ -54,7 +56,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let inputs: Vec<_> = std::iter::once(&args.scene).chain(&args.light.env).cloned().collect();
     let mut checkpoint = Checkpoint::beside(&outputs);
     output::check(&[outputs.clone(), vec![checkpoint.output()]].concat(), &inputs)?;
-    let earlier = checkpoint.look(args.parts.resume, args.quiet)?;
+    let mut earlier = checkpoint.look(&outputs, args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
@@ -76,6 +78,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let device = device.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     seconds.device = stages.end()?;
 
+    let window = args.parts.window(loaded.view.size)?;
+    earlier.take_if(|earlier| {
+        let args = &earlier.decided(args);
+        let record = Record::new(args, &args.method, &loaded, &device, "", earlier.shares_paths(), window);
+        !earlier.is_of(&record, args.quiet)
+    });
+    let args = &earlier.as_ref().map_or_else(|| args.clone(), |earlier| earlier.decided(args));
     let settings = prepare::settings(args, &loaded.view);
     loaded.warnings.extend(args.method.warning(&loaded.scene));
 
@@ -90,19 +99,22 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
 
-    let window = args.parts.window(loaded.view.size)?;
-    let mut record = Record::new(args, &method, &loaded, &device, &renderer, window);
+    let shared_paths = renderer.features.shared_paths;
+    let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
     check_memory(&window)?;
-    let (mut film, standing) = if earlier.is_some() {
-        checkpoint.read(&mut record)?
-    } else {
-        (Film::of_window(window), args.parts.start(&args.stop))
+    let (mut film, mut standing) = match &earlier {
+        Some(earlier) => checkpoint.read(earlier, &mut record, args.planned())?,
+        None => (Film::of_window(window), args.parts.start(&args.stop)),
     };
     let resumed_spp = if earlier.is_some() { standing.next - standing.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
-    // Only an .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited.
+    // An .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited or
+    // the stopping rule must know which pixels light can reach. Under an environment that is all of them.
     let shows_features = outputs.iter().any(|output| output.format == Format::Exr);
-    if shows_features && args.stop.time.is_some() {
+    let dark_surroundings = loaded.scene.environment.is_none();
+    let features_first =
+        (shows_features && args.stop.time.is_some()) || (dark_surroundings && args.stop.error.is_some());
+    if features_first {
         renderer.trace_features(&mut film)?;
         seconds.features = stages.end()?;
     }
@@ -123,16 +135,32 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         progress.update(status, goal);
         !(interrupt::requested() && status.spp > 0)
     };
-    let (outcome, standing) =
-        surelight_render::render_from(&mut renderer, &mut film, &goal, standing, watch, Some(keeper))?;
+    let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut standing, watch, Some(keeper));
     seconds.trace = stages.lap();
-    if shows_features && args.stop.time.is_none() {
+    let metadata = |film: &Film, standing: &Standing, counts: &Counts| {
+        record.metadata(film, standing, counts, args.parts.is_part(&args.stop))
+    };
+    let display = display(args.exposure, args.tonemap);
+    let outcome = match traced {
+        Ok(outcome) => outcome,
+        Err(cause) => {
+            // What is in the film is worth keeping, whatever became of the device.
+            if standing.next > standing.first {
+                // A second failure adds nothing to the message: what was saved says it.
+                let _ = write(&outputs, &film, &display, &metadata(&film, &standing, &renderer.counts));
+                checkpoint.write(&record, &film, &standing, &renderer.counts);
+            }
+            return Err(Error::Tracing { cause, saved: saved::clause() });
+        }
+    };
+    let black = || film.pixels().iter().any(|pixel| pixel.largest() == 0.0);
+    if !features_first && (shows_features || (dark_surroundings && black())) {
         renderer.trace_features(&mut film)?;
         seconds.features = stages.lap();
     }
 
-    let metadata = record.metadata(&film, &standing, &renderer.counts, args.parts.is_part(&args.stop));
-    let mut written = write(&outputs, &film, &display(args.exposure, args.tonemap), &metadata);
+    let metadata = metadata(&film, &standing, &renderer.counts);
+    let mut written = write(&outputs, &film, &display, &metadata);
     if outcome == Outcome::Done && written.is_ok() {
         checkpoint.remove();
     } else {
@@ -159,6 +187,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         outcome,
         standing,
         resumed_spp,
+        resumed_from: earlier.as_ref().map(checkpoint::Earlier::source),
         checkpoint: (outcome != Outcome::Done).then(|| checkpoint.path().to_owned()),
         counts: renderer.counts,
         device_bytes: renderer.device_bytes,
@@ -207,16 +236,19 @@ pub(crate) fn display(exposure: f32, tonemap: Tonemap) -> Display {
 
 /// Writes all outputs; one that fails does not keep the others from being written.
 pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
-    let (mut failed, mut saved) = (Vec::new(), Vec::new());
+    let (mut failed, mut done) = (Vec::new(), Vec::new());
     for OutputPath { path, format } in outputs {
         let written = match format {
             Format::Exr => write_exr(path, film, metadata),
             Format::Png => write_png(path, film, display),
         };
         match written {
-            Ok(()) => saved.push(path.clone()),
+            Ok(()) => {
+                saved::add(path);
+                done.push(path.clone());
+            }
             Err(error) => failed.push(error),
         }
     }
-    if failed.is_empty() { Ok(()) } else { Err(Error::Outputs { failed, saved, checkpoint: None }) }
+    if failed.is_empty() { Ok(()) } else { Err(Error::Outputs { failed, saved: done, checkpoint: None }) }
 }

@@ -16,6 +16,8 @@ pub(crate) struct Summary {
     pub(crate) scene: String,
     /// Files written.
     pub(crate) outputs: Vec<String>,
+    /// Whether `--resume` can add samples: one of the files is an .exr.
+    pub(crate) extendable: bool,
     /// Pixels a row.
     pub(crate) width: u32,
     /// Rows.
@@ -26,6 +28,8 @@ pub(crate) struct Summary {
     pub(crate) spp: u64,
     /// Of these, the ones that an earlier run did.
     pub(crate) resumed_spp: u32,
+    /// What these come from: a checkpoint, or a finished image; `null`: none.
+    pub(crate) resumed_from: Option<String>,
     /// Part of the image, as x0, y0, x1, y1 with the last two outside; `null`: the whole.
     pub(crate) crop: Option<[u32; 4]>,
     /// The first sample and the one after the last.
@@ -133,8 +137,10 @@ impl Display for RelativeError {
 /// The intervals of certified pixels, in luminance.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Intervals {
-    /// Share of the pixels that are certified.
+    /// Of the pixels that light can reach, the share that is certified.
     pub(crate) certified: f64,
+    /// What the tails say of the pixels so far, certified or not; `null` below 64 samples a pixel.
+    pub(crate) provisional: Option<Provisional>,
     /// Confidence of each interval.
     pub(crate) confidence: f64,
     /// What makes an interval of a standard error.
@@ -143,6 +149,15 @@ pub(crate) struct Intervals {
     pub(crate) half_width: Option<f64>,
     /// The half-width asked for.
     pub(crate) target: Option<f64>,
+}
+
+/// Pixels with a light tail so far.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Provisional {
+    /// Their share of the pixels that light can reach.
+    pub(crate) share: f64,
+    /// Relative half-width that nine tenths of them stay within.
+    pub(crate) half_width: f64,
 }
 
 /// Why a render ended.
@@ -167,36 +182,72 @@ impl Summary {
 }
 
 impl Display for Summary {
+    /// First what was made and how good it is, then how.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for line in self.quality().into_iter().chain(self.remarks()).chain(self.work()) {
+            writeln!(f, "{line}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    /// At most four lines, for `--quiet`.
+    pub(crate) fn short(&self) -> String {
+        let quality = self.quality();
+        // The verdict that says most is the last one.
+        let lines = quality.iter().take(2).chain(quality.last().filter(|_| quality.len() > 2)).cloned();
+        let remarks: Vec<String> = self
+            .remarks()
+            .iter()
+            .map(|line| {
+                line.split_once(char::is_whitespace).map_or(line.clone(), |(a, b)| format!("{a}: {}", b.trim_start()))
+            })
+            .collect();
+        let remarks = (!remarks.is_empty()).then(|| format!("remarks   {}", remarks.join("; ")));
+        lines.chain(remarks).map(|line| line + "\n").collect()
+    }
+
+    /// What was made, and how good it is: the image, its noise, and the verdicts on its error bars.
+    fn quality(&self) -> Vec<String> {
+        let place = self.crop.map_or_else(String::new, |[x, y, ..]| format!(" at {x},{y}"));
+        let noise = match self.relative_error {
+            Some(error) => error.to_string(),
+            None if self.spp < 2 => "unknown: an estimate takes two samples a pixel".to_owned(),
+            None => "unknown: the image is black".to_owned(),
+        };
+        let mut lines = Vec::from([
+            format!("image     {} ({}x{}{place})", self.outputs.join(", "), self.width, self.height),
+            format!("noise     {noise}"),
+        ]);
+        lines.extend(self.intervals.verdict(self.spp, self.extendable));
+        lines
+    }
+
+    /// What limits the picture, and what to do about it.
+    fn remarks(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if !self.biased.is_empty() {
+            lines.push(format!("biased    {}", self.biased.join(", ")));
+        }
+        if self.dropped_samples > 0 {
+            lines.push(format!("dropped   {} samples that were not finite", self.dropped_samples));
+        }
+        if let Some(checkpoint) = &self.checkpoint {
+            lines.push(format!("resume    --resume goes on from {checkpoint}"));
+        }
+        lines.extend(self.warnings.iter().map(|warning| format!("warning   {warning}")));
+        lines
+    }
+
+    /// How it was made.
+    fn work(&self) -> Vec<String> {
         let s = &self.seconds;
-        write!(f, "image     {} ({}x{}", self.outputs.join(", "), self.width, self.height)?;
-        match self.crop {
-            Some([x, y, ..]) => writeln!(f, " at {x},{y})")?,
-            None => writeln!(f, ")")?,
+        let mut lines = Vec::from([self.samples()]);
+        if let Some(choice) = &self.choice {
+            lines.push(format!("method    {}: {choice}", self.integrator));
         }
-        writeln!(f, "adapter   {}, {}, driver {}", self.adapter.name, self.adapter.backend, self.adapter.driver)?;
-        write!(f, "samples   {} a pixel", self.spp)?;
-        if let [least, most] = self.pixel_samples
-            && least < most
-        {
-            write!(f, ", {least} to {most} by noise")?;
-        }
-        match (self.stopped, self.target_spp) {
-            (Stop::Done, _) => {}
-            (Stop::Time, target) => write!(f, "{} when the time was up", Of(target))?,
-            (Stop::Samples, _) => write!(f, ", the most it may take, and the error is not what was asked for")?,
-            (Stop::Interrupt, target) => write!(f, "{} when interrupted", Of(target))?,
-        }
-        if self.resumed_spp > 0 {
-            write!(f, ", {} of them from a checkpoint", self.resumed_spp)?;
-        }
-        if self.sample_range[0] > 0 {
-            write!(f, " (from {} on)", self.sample_range[0])?;
-        }
-        let shared = if self.shared_paths { ", shared by 2×2 pixels" } else { "" };
-        writeln!(f, "; {} paths{shared}, {} rays", Count(self.paths), Count(self.rays))?;
-        writeln!(
-            f,
+        lines.push(format!(
             "seconds   load {:.2}, device {:.2}, BVH {:.2}, compile {:.2}, trace {:.2}, write {:.2}; {:.2} in all",
             s.load,
             s.device,
@@ -205,61 +256,76 @@ impl Display for Summary {
             s.trace + s.features,
             s.write,
             s.total
-        )?;
-        writeln!(
-            f,
-            "speed     {:.3} Mpaths/s, {:.3} Mrays/s",
-            Significant(self.mpaths_per_second),
-            Significant(self.mrays_per_second)
-        )?;
-        if let Some(choice) = &self.choice {
-            writeln!(f, "method    {}: {choice}", self.integrator)?;
+        ));
+        let (mpaths, mrays) = (Significant(self.mpaths_per_second), Significant(self.mrays_per_second));
+        lines.push(format!("speed     {mpaths:.3} Mpaths/s, {mrays:.3} Mrays/s"));
+        let Adapter { name, backend, driver, .. } = &self.adapter;
+        lines.push(format!("adapter   {name}, {backend}, driver {driver}"));
+        lines.push(format!("memory    {} MiB on the device at most", self.peak_device_bytes.div_ceil(1 << 20)));
+        lines
+    }
+
+    fn samples(&self) -> String {
+        let mut line = format!("samples   {} a pixel", self.spp);
+        if let [least, most] = self.pixel_samples
+            && least < most
+        {
+            line += &format!(", {least} to {most} by noise");
         }
-        match self.relative_error {
-            Some(error) => writeln!(f, "error     {error}")?,
-            None if self.spp < 2 => writeln!(f, "error     unknown: it takes two samples a pixel to tell")?,
-            None => writeln!(f, "error     unknown: the image is black")?,
+        line += &match (self.stopped, self.target_spp) {
+            (Stop::Done, _) => String::new(),
+            (Stop::Time, target) => format!("{} when the time was up", Of(target)),
+            (Stop::Samples, _) => ", the maximum, before the error reached its target".to_owned(),
+            (Stop::Interrupt, target) => format!("{} when interrupted", Of(target)),
+        };
+        if let Some(source) = &self.resumed_from {
+            line += &format!(", {} of them from {source}", self.resumed_spp);
         }
-        writeln!(f, "certified {}", self.intervals)?;
-        if let Some(checkpoint) = &self.checkpoint {
-            writeln!(f, "go on     --resume, from {checkpoint}")?;
+        if self.sample_range[0] > 0 {
+            line += &format!(" (from {} on)", self.sample_range[0]);
         }
-        writeln!(f, "memory    {} MiB on the device at most", self.peak_device_bytes.div_ceil(1 << 20))?;
-        if self.dropped_samples > 0 {
-            writeln!(f, "dropped   {} samples that were not finite", self.dropped_samples)?;
-        }
-        if !self.biased.is_empty() {
-            writeln!(f, "biased    {}", self.biased.join(", "))?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "warning   {warning}")?;
-        }
-        Ok(())
+        let shared = if self.shared_paths { ", shared by 2×2 pixels" } else { "" };
+        line + &format!("; {} paths{shared}, {} rays", Count(self.paths), Count(self.rays))
     }
 }
 
-impl Display for Intervals {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(half_width) = self.half_width else {
-            return write!(
-                f,
-                "no pixel: it takes {LEAST_SAMPLES} samples, and light that does not come by rare, bright ones"
-            );
-        };
-        let (share, confidence) = (Percent(self.certified), Percent(self.confidence));
-        write!(
-            f,
-            "{share} of the pixels; nine tenths of these within {} at {confidence} confidence",
-            Percent(half_width)
-        )?;
-        match self.target {
-            None => Ok(()),
-            Some(target) if half_width > target => write!(f, ", where {} was asked for", Percent(target)),
-            Some(_) if self.certified < CERTIFIED_SHARE => {
-                write!(f, ", but half of the pixels must be: the light of the others comes by rare, bright samples")
-            }
-            Some(target) => write!(f, ", as asked for ({})", Percent(target)),
+impl Intervals {
+    /// What is known of the error bars, from what is certain to what is known best.
+    fn verdict(&self, spp: u64, extendable: bool) -> Vec<String> {
+        let resume = if extendable { "--resume " } else { "" };
+        let confidence = Percent(self.confidence);
+        if let Some(half_width) = self.half_width.filter(|_| spp >= LEAST_SAMPLES || self.certified >= CERTIFIED_SHARE)
+        {
+            let outcome = match self.target {
+                None => String::new(),
+                Some(target) if half_width > target => format!("; the target is {}", Percent(target)),
+                Some(_) if self.certified < CERTIFIED_SHARE => {
+                    ", but half of the pixels must be certified: rare, bright samples dominate the others".to_owned()
+                }
+                Some(target) => format!("; the target of {} is met", Percent(target)),
+            };
+            let (share, half_width) = (Percent(self.certified), Percent(half_width));
+            return vec![format!(
+                "certified {share} of the pixels that light can reach; nine tenths of these within {half_width} at {confidence} confidence{outcome}"
+            )];
         }
+        let mut lines = Vec::from([if spp < LEAST_SAMPLES {
+            format!(
+                "certified no pixel yet: a certificate takes {LEAST_SAMPLES} samples ({resume}--spp {LEAST_SAMPLES})"
+            )
+        } else {
+            format!(
+                "certified no pixel: rare, bright samples dominate all of them; try more samples ({resume}--spp) or --integrator auto"
+            )
+        }]);
+        if let Some(Provisional { share, half_width }) = self.provisional {
+            let (share, half_width) = (Percent(share), Percent(half_width));
+            lines.push(format!(
+                "so far    {share} of the pixels that light can reach have no heavy tail; nine tenths of these within {half_width} at \
+                 {confidence} confidence (provisional: in tests such intervals hold for 95 to 98 % of the pixels)"
+            ));
+        }
+        lines
     }
 }
 
@@ -302,6 +368,7 @@ mod tests {
             version: "0.1.0",
             scene: "box.glb".into(),
             outputs: vec!["box.png".into(), "box.exr".into()],
+            extendable: true,
             width: 640,
             height: 480,
             adapter: Adapter {
@@ -312,6 +379,7 @@ mod tests {
             },
             spp: 12,
             resumed_spp: 4,
+            resumed_from: Some("a checkpoint".into()),
             crop: Some([8, 2, 648, 482]),
             sample_range: [0, 12],
             checkpoint: Some("box.checkpoint.exr".into()),
@@ -329,6 +397,7 @@ mod tests {
             choice: None,
             intervals: Intervals {
                 certified: 0.987,
+                provisional: Some(Provisional { share: 0.99, half_width: 0.06 }),
                 confidence: 0.95,
                 bound: "clt".into(),
                 half_width: Some(0.0512),
@@ -348,11 +417,11 @@ mod tests {
         let text = summary().to_string();
         for line in [
             "image     box.png, box.exr (640x480 at 8,2)\n",
-            "go on     --resume, from box.checkpoint.exr\n",
+            "resume    --resume goes on from box.checkpoint.exr\n",
             "samples   12 a pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, shared by 2×2 pixels, 20.0 million rays\n",
             "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
-            "error     3.1 % mean, 9.8 % at the 95th percentile",
-            "certified 99 % of the pixels; nine tenths of these within 5.1 % at 95 % confidence\n",
+            "noise     3.1 % mean, 9.8 % at the 95th percentile",
+            "certified 99 % of the pixels that light can reach; nine tenths of these within 5.1 % at 95 % confidence\n",
             "memory    1 MiB on the device at most\n",
             "dropped   3 samples that were not finite\n",
             "biased    max-radiance 10\n",
@@ -360,6 +429,39 @@ mod tests {
         ] {
             assert!(text.contains(line), "{line:?} is not in\n{text}");
         }
+    }
+
+    #[test]
+    fn it_leads_with_what_was_made_and_how_good_it_is() {
+        let text = summary().to_string();
+        let heads: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
+        assert_eq!(heads[..3], ["image", "noise", "certified"]);
+        assert!(!heads.contains(&"error"), "{text}");
+    }
+
+    #[test]
+    fn quiet_is_four_lines() {
+        let text = summary().short();
+        assert_eq!(text.lines().count(), 4, "{text}");
+        assert!(text.ends_with("warning: the file has no light\n"), "{text}");
+        let plain = Summary { biased: vec![], dropped_samples: 0, checkpoint: None, warnings: vec![], ..summary() };
+        assert_eq!(plain.short().lines().count(), 3);
+        let few = Summary { intervals: few(), ..plain };
+        assert_eq!(few.short().lines().count(), 3);
+        assert!(few.short().contains("so far    99 %"), "{}", few.short());
+    }
+
+    fn few() -> Intervals {
+        Intervals { certified: 0.0, half_width: None, ..summary().intervals }
+    }
+
+    #[test]
+    fn below_a_certificate_the_verdict_is_provisional() {
+        let lines = few().verdict(64, true);
+        assert!(lines[0].contains("--resume --spp 256"), "{lines:?}");
+        assert!(lines[1].contains("99 % of the pixels that light can reach have no heavy tail"), "{lines:?}");
+        let lines = Intervals { provisional: None, ..few() }.verdict(1024, false);
+        assert!(lines.len() == 1 && lines[0].contains("more samples"), "{lines:?}");
     }
 
     #[test]

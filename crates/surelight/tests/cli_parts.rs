@@ -81,6 +81,95 @@ fn merge_tells_what_is_missing_and_refuses_what_does_not_belong() {
     assert_eq!(folder.files(), files);
 }
 
+/// Means and error bars of an extended render are those of a render in one go.
+#[test]
+fn finished_renders_are_extended() {
+    let folder = Folder::new();
+    let extended =
+        |options: &str| folder.run(&format!("{{box}} --size 37x29 --shared-paths on {options} --json")).succeeded();
+    let summary = |ran: &Ran| serde_json::from_str::<serde_json::Value>(&ran.stdout).unwrap();
+    extended("--spp 64 -o a.exr");
+    let bytes = fs::metadata(folder.path("a.exr")).unwrap().len();
+    let longer = summary(&extended("--spp 128 -o a.exr --resume"));
+    assert_eq!(
+        (&longer["spp"], &longer["resumed_spp"], &longer["resumed_from"]),
+        (&128.into(), &64.into(), &"a.exr".into())
+    );
+    assert!(longer["paths"].as_u64() >= Some(37 * 29 * 128), "{longer}");
+    let direct_summary = summary(&extended("--spp 128 -o direct.exr"));
+    let [a, direct] = ["a.exr", "direct.exr"].map(|name| read_exr(&folder.path(name)).unwrap());
+    for (x, y) in a.rgb("").unwrap().into_iter().flatten().zip(direct.rgb("").unwrap().into_iter().flatten()) {
+        assert!((x - y).abs() <= 1e-5 * y.abs(), "{x} {y}");
+    }
+    let mean_error = |summary: &serde_json::Value| summary["relative_error"]["mean"].as_f64().unwrap();
+    let ratio = mean_error(&longer) / mean_error(&direct_summary);
+    assert!((0.85..1.2).contains(&ratio), "{ratio}");
+    let metadata = a.surelight_metadata().unwrap();
+    assert_eq!((metadata.sample_range, metadata.extended_from.as_slice()), ([0, 128], [64].as_slice()));
+    assert!(metadata.part.is_none() && fs::metadata(folder.path("a.exr")).unwrap().len() < bytes * 11 / 10);
+
+    // On to independent scrambles and certificates.
+    let certified = summary(&extended("--spp 512 -o a.exr --resume"));
+    assert!(certified["intervals"]["certified"].as_f64() > Some(0.5), "{certified}");
+    assert_eq!(read_exr(&folder.path("a.exr")).unwrap().surelight_metadata().unwrap().extended_from, [64, 128]);
+
+    // There is nothing left to add; the picture can still be shown otherwise.
+    let before = read_exr(&folder.path("a.exr")).unwrap();
+    let done = summary(&extended("--spp 512 -o a.exr -o a.png --exposure 1 --resume"));
+    assert_eq!((&done["rays"], &done["spp"]), (&0.into(), &512.into()));
+    let after = read_exr(&folder.path("a.exr")).unwrap();
+    assert_eq!((&after.metadata, after.rgb("")), (&before.metadata, before.rgb("")));
+
+    // Other settings are another render, which replaces the file.
+    let ran = extended("--spp 4 --seed 1 -o a.exr --resume");
+    assert!(ran.stderr.contains("--seed is 0 there and 1 here") && ran.stderr.contains("begins anew"), "{ran:#?}");
+    assert_eq!(summary(&ran)["resumed_spp"], 0);
+}
+
+/// Crops and adaptive samples extend as well, and an interrupted extension goes on.
+#[test]
+fn extensions_of_crops_and_adaptive_renders() {
+    let folder = Folder::new();
+    for options in ["--crop 3,5,30,20", "--adaptive --shared-paths off", "--error 40% --sky 0,0,0"] {
+        let spp = |n: u32| if options.starts_with("--error") { String::new() } else { format!("--spp {n}") };
+        folder.run(&format!("{{box}} --size 37x29 {} {options} -o a.exr --quiet", spp(16))).succeeded();
+        let before = read_exr(&folder.path("a.exr")).unwrap();
+        let more = options.replace("40%", "6%");
+        let ran = folder.run(&format!("{{box}} --size 37x29 {} {more} -o a.exr --resume --json", spp(32))).succeeded();
+        let summary: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+        assert_eq!(
+            summary["resumed_spp"],
+            before.surelight_metadata().unwrap().sample_range[1],
+            "{options}: {summary}"
+        );
+        let after = read_exr(&folder.path("a.exr")).unwrap();
+        let [first, then] = [&before, &after].map(|image| image.channels["Samples.N"].iter().sum::<f32>());
+        assert!(then > first, "{options}: {first} {then}");
+        fs::remove_file(folder.path("a.exr")).unwrap();
+    }
+}
+
+/// Parts of two adapters merge where the user says so, and the file says so, too.
+#[test]
+fn parts_of_two_adapters_merge_on_request() {
+    let folder = Folder::new();
+    for (name, samples) in [("a", "0..8"), ("b", "8..16")] {
+        box_of(&folder, 16, &format!("--samples {samples} -o {name}.exr")).succeeded();
+    }
+    let (film, mut metadata) = surelight_film::read_part(&folder.path("b.exr")).unwrap();
+    metadata.device = "Another GPU".into();
+    surelight_film::write_exr(&folder.path("b.exr"), &film, &metadata).unwrap();
+    folder.run("merge a.exr b.exr -o m.exr").failed_with(&["the device", "Another GPU", "--mixed"]);
+    let ran = folder.run("merge a.exr b.exr -o m.exr --mixed").succeeded();
+    assert!(ran.stdout.contains("mixed") && ran.stdout.contains("Another GPU"), "{ran:#?}");
+    let mixed = read_exr(&folder.path("m.exr")).unwrap().surelight_metadata().unwrap().mixed;
+    assert!(mixed.len() == 2 && mixed[0].starts_with("Another GPU, driver"), "{mixed:?}");
+    let (_, mut metadata) = surelight_film::read_part(&folder.path("b.exr")).unwrap();
+    metadata.seed = 5;
+    surelight_film::write_exr(&folder.path("b.exr"), &film, &metadata).unwrap();
+    folder.run("merge a.exr b.exr -o m.exr --mixed").failed_with(&["--seed"]);
+}
+
 #[test]
 fn where_a_part_may_be_cut_is_told() {
     let folder = Folder::new();
@@ -193,5 +282,5 @@ fn checkpoints_of_other_renders_are_told_and_left_alone() {
     assert!(fs::read(folder.path("a.checkpoint.exr")).unwrap() == before);
     // Without one, a render that is to be resumed begins: a script may always say --resume.
     let ran = folder.run("{box} --size 9x9 --spp 2 -o b.exr --resume").succeeded();
-    assert!(ran.stderr.contains("no checkpoint \"b.checkpoint.exr\""), "{ran:#?}");
+    assert!(ran.stderr.contains("checkpoint \"b.checkpoint.exr\"") && ran.stderr.contains("begins anew"), "{ran:#?}");
 }

@@ -7,7 +7,7 @@ use ::exr::block::BlockIndex;
 use ::exr::block::UncompressedBlock;
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use ::exr::math::RoundingMode;
-use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode, SampleType};
+use ::exr::meta::attribute::{ChannelDescription, ChannelList, Chromaticities, LevelMode, SampleType};
 use ::exr::meta::header::Header;
 use ::exr::prelude::{
     AttributeValue, Blocks, Compression, Encoding, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
@@ -19,8 +19,17 @@ use crate::moments::WORDS;
 use crate::words::{checksum, word_name};
 use crate::{Film, Metadata, WriteError};
 
+/// Primaries and white point of Rec. ITU-R BT.709, table 1.3: what the channels R, G and B mean.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
+
 /// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,
-/// `Tail.K` ([`crate::Certificate`]), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
+/// `Tail.K` ([`crate::Certificate`]), `Tail.Max` and `Tail.Squares` (largest sample and sum of squared
+/// samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
 /// Alpha is 1: the environment is part of the picture. The variance layers are left out where no
@@ -63,7 +72,8 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let channels = Channels::of(film, &judged, metadata.part.is_some());
     let layer = Layer::new(size(window.size), attributes, encoding, channels);
     let display = IntegerBounds::from_dimensions(size(window.whole));
-    let image = Image::empty(ImageAttributes::new(display)).with_layer(layer);
+    let picture = ImageAttributes { chromaticities: Some(REC_709), ..ImageAttributes::new(display) };
+    let image = Image::empty(picture).with_layer(layer);
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
@@ -135,6 +145,9 @@ impl<'a> Channels<'a> {
         }
         all.float("Certified.V", |i| f32::from(u8::from(judged.certified[i])));
         all.float("Tail.K", |i| judged.tail[i]);
+        // What tails of an extended render are judged by.
+        all.float("Tail.Max", move |i| pixels[i].largest() as f32);
+        all.float("Tail.Squares", move |i| pixels[i].squares() as f32);
         all.float("Samples.N", move |i| pixels[i].samples() as f32);
         if moments {
             for word in 0..WORDS {

@@ -1,19 +1,24 @@
-//! The file that a render can go on from: `NAME.checkpoint.exr` beside the first output.
+//! What `--resume` goes on from: the checkpoint `NAME.checkpoint.exr` beside the first output, or an
+//! output that an earlier run finished.
 //!
-//! It is written now and then, when the render ends before its goal, and when an output cannot be
-//! written; it is removed when the goal is met and all outputs are written.
+//! A checkpoint is written now and then, when the render ends before its goal, and when an output
+//! cannot be written; it is removed when the goal is met and all outputs are written. It holds every
+//! bit. A finished .exr holds means, variances and tails in 24 bits: it is extended, not continued.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use surelight_film::{
-    Difference, Film, Metadata, difference, read_part, read_part_header, remove_leftovers, write_exr,
+    Difference, Film, Metadata, SHARED_PATHS, Sameness, difference, read_finished, read_part_header, remove_leftovers,
+    write_exr,
 };
 use surelight_render::{Counts, Standing};
 
 use crate::error::Error;
+use crate::method;
+use crate::options::{RenderArgs, SharedPaths};
 use crate::parse::{Format, OutputPath};
-use crate::{console, fingerprint};
+use crate::{console, fingerprint, saved};
 
 use super::record::Record;
 
@@ -50,18 +55,27 @@ impl Checkpoint {
         OutputPath { path: self.path.clone(), format: Format::Exr }
     }
 
-    /// Finds out before anything else whether there is a checkpoint to go on from, and tells what is not as the user may expect.
-    pub(super) fn look(&self, resume: bool, quiet: bool) -> Result<Option<Metadata>, Error> {
+    /// Finds out before anything else whether there is a render to go on with, and says what the user may not expect.
+    pub(super) fn look(&self, outputs: &[OutputPath], resume: bool, quiet: bool) -> Result<Option<Earlier>, Error> {
         if resume {
             remove_leftovers(&self.path); // of a run that was killed while it saved
         }
         if resume && self.path.exists() {
             let (metadata, _) = read_part_header(&self.path)?;
-            return Ok(Some(metadata));
+            return Ok(Some(Earlier { path: self.path.clone(), metadata, finished: false }));
+        }
+        let finished = outputs.iter().filter(|output| resume && output.format == Format::Exr).find_map(|output| {
+            let metadata = read_exr_metadata(&output.path)?;
+            Some(Earlier { path: output.path.clone(), metadata, finished: true })
+        });
+        if finished.is_some() {
+            return Ok(finished);
         }
         let path = self.path.display();
         if resume && !quiet {
-            console::note(&format!("note: there is no checkpoint \"{path}\", so the render begins anew"));
+            console::note(&format!(
+                "note: there is neither a checkpoint \"{path}\" nor a finished .exr to extend, so the render begins anew"
+            ));
         } else if let Ok((metadata, _)) = read_part_header(&self.path)
             && !quiet
         {
@@ -74,28 +88,42 @@ impl Checkpoint {
         Ok(None)
     }
 
-    /// Reads the film and where it stands, if it is of the render that `record` describes.
-    pub(super) fn read(&mut self, record: &mut Record) -> Result<(Film, Standing), Error> {
-        let (film, metadata) = read_part(&self.path)?;
-        if let Some(difference) = difference(&metadata, record.beginning()).or_else(|| portion(&metadata, record)) {
-            return Err(Error::Resume { path: self.path.clone(), difference });
-        }
-        let part = metadata.part.as_ref();
-        let standing = Standing {
-            first: metadata.sample_range[0] as u32,
-            next: metadata.sample_range[1] as u32,
-            batch: part.map_or(0, |part| part.next_batch),
-            pilot: part.and_then(|part| part.pilot),
+    /// Reads the film of an earlier run and its position, if it is of the render that `record` describes;
+    /// `planned`: samples a pixel of this one.
+    pub(super) fn read(
+        &mut self,
+        earlier: &Earlier,
+        record: &mut Record,
+        planned: Option<u32>,
+    ) -> Result<(Film, Standing), Error> {
+        let (film, metadata) = read_finished(&earlier.path)?;
+        let [first, next] = metadata.sample_range.map(|sample| sample as u32);
+        let differs =
+            |sameness| difference(&metadata, record.beginning(), sameness).or_else(|| portion(&metadata, record));
+        let exact = differs(Sameness::Bits).is_none();
+        let (standing, extends) = match &metadata.part {
+            Some(part) if exact => (Standing { first, next, batch: part.next_batch, pilot: part.pilot }, false),
+            _ => {
+                if let Some(difference) = earlier.difference(record) {
+                    return Err(Error::Resume { path: earlier.path.clone(), difference });
+                }
+                // Batches are numbered from the number of samples on, which no earlier batch has come to.
+                (Standing { first, next, batch: next, pilot: None }, planned.is_none_or(|planned| planned > next))
+            }
         };
-        record.after(&metadata);
-        self.ours = true;
+        let paths = film.pixels().iter().map(surelight_film::PixelMoments::samples).sum();
+        record.after(&metadata, paths, extends);
+        self.ours = !earlier.finished;
         Ok((film, standing))
     }
 
     /// Writes it. A failure is told at the end: the render itself goes on.
     pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &Standing, counts: &Counts) {
         let written = write_exr(&self.path, film, &record.metadata(film, standing, counts, true));
-        self.ours |= written.is_ok();
+        if written.is_ok() {
+            self.ours = true;
+            saved::add(&self.path);
+        }
         self.failure = written.err().map(|error| error.to_string());
     }
 
@@ -106,6 +134,84 @@ impl Checkpoint {
             let _ = std::fs::remove_file(&self.path);
         }
     }
+}
+
+/// A render that `--resume` goes on with.
+#[derive(Debug)]
+pub(super) struct Earlier {
+    /// The file that holds it.
+    path: PathBuf,
+    /// What the file says of itself.
+    metadata: Metadata,
+    /// Whether it is a finished image instead of a checkpoint.
+    finished: bool,
+}
+
+impl Earlier {
+    /// The options with what the earlier run decided where they leave it open.
+    pub(super) fn decided(&self, args: &RenderArgs) -> RenderArgs {
+        let mut args = args.clone();
+        let integrator = self.metadata.settings.get("integrator").and_then(|word| word.as_str());
+        if let (method::Integrator::Auto, Some(word)) = (args.method.integrator, integrator)
+            && let Ok(integrator) = clap::ValueEnum::from_str(word, false)
+        {
+            args.method.integrator = integrator;
+        }
+        if args.shared_paths == SharedPaths::Auto {
+            args.shared_paths = if self.shares_paths() { SharedPaths::On } else { SharedPaths::Off };
+        }
+        args
+    }
+
+    /// What the samples come from, as the summary calls it.
+    pub(super) fn source(&self) -> String {
+        if self.finished { self.path.display().to_string() } else { "a checkpoint".to_owned() }
+    }
+
+    /// Whether pixels use one another's paths.
+    pub(super) fn shares_paths(&self) -> bool {
+        self.metadata.settings.contains_key(SHARED_PATHS)
+    }
+
+    /// Why the render of `record` cannot extend it.
+    pub(super) fn difference(&self, record: &Record) -> Option<Difference> {
+        let of_plan = || {
+            let part = self.metadata.part.as_ref().filter(|part| part.asked_samples.is_some())?;
+            let spp = |spp: Option<u64>| spp.map_or("not set".to_owned(), |spp| spp.to_string());
+            let now = record.beginning().part.as_ref().and_then(|part| part.planned_samples);
+            (part.planned_samples != now).then(|| Difference {
+                what: "--spp".into(),
+                first: spp(part.planned_samples),
+                second: spp(now),
+            })
+        };
+        difference(&self.metadata, record.beginning(), Sameness::Plan)
+            .or_else(|| portion(&self.metadata, record))
+            .or_else(of_plan)
+    }
+
+    /// Whether the render of `record` can extend it. A finished image of another render is no error: this
+    /// render replaces it, and says so.
+    pub(super) fn is_of(&self, record: &Record, quiet: bool) -> bool {
+        let Some(Difference { what, first, second }) = self.difference(record).filter(|_| self.finished) else {
+            return true;
+        };
+        if !quiet {
+            console::note(&format!(
+                "note: \"{}\" is of another render ({what} is {first} there and {second} here), so this one begins anew",
+                self.path.display()
+            ));
+        }
+        false
+    }
+}
+
+/// What a render of Surelight says of itself, if the file is one.
+fn read_exr_metadata(path: &Path) -> Option<Metadata> {
+    if let Ok((metadata, _)) = read_part_header(path) {
+        return Some(metadata);
+    }
+    surelight_film::read_exr_header(path).ok()?.surelight_metadata().filter(|m| !m.settings.is_empty())
 }
 
 /// The name of the checkpoint of an output with this stem: the same in every run.

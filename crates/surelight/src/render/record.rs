@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use surelight_film::{Film, Metadata, Part, SHARED_PATHS, Window};
-use surelight_render::{Counts, Device, Renderer, Standing};
+use surelight_render::{Counts, Device, Standing};
 
 use crate::fingerprint;
 use crate::method::{MethodArgs, word};
@@ -18,6 +18,9 @@ pub(super) struct Record {
     /// What earlier runs of it did.
     pub(super) before: Part,
     dropped_before: u64,
+    /// Whether points of a pixel are of one sequence, those of an earlier run at least: batches then
+    /// compensate one another, and the estimated variance is an upper bound.
+    pub(super) one_sequence: bool,
 }
 
 impl Record {
@@ -26,20 +29,21 @@ impl Record {
         method: &MethodArgs,
         loaded: &Loaded,
         device: &Device,
-        renderer: &Renderer<'_>,
+        kernel: &str,
+        shared_paths: bool,
         window: Window,
     ) -> Self {
         let part = Part {
             size: window.whole,
             planned_samples: args.planned().map(u64::from),
             asked_samples: args.parts.samples.map(|samples| samples.map(u64::from)),
-            kernel: fingerprint::of_text(&renderer.wgsl),
+            kernel: fingerprint::of_text(kernel),
             ..Part::default()
         };
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene_hash: loaded.scene_hash.clone(),
-            settings: settings(args, method, loaded, renderer.features.shared_paths),
+            settings: settings(args, method, loaded, shared_paths),
             seed: args.seed.into(),
             crop: (!window.is_all()).then(|| window.edges()),
             device: device.info.name.clone(),
@@ -48,7 +52,7 @@ impl Record {
             part: Some(part),
             ..Metadata::default()
         };
-        Self { base, before: Part::default(), dropped_before: 0 }
+        Self { base, before: Part::default(), dropped_before: 0, one_sequence: args.is_one_sequence() }
     }
 
     /// As a render that has just begun says it.
@@ -56,9 +60,14 @@ impl Record {
         &self.base
     }
 
-    /// Goes on with what earlier runs did.
-    pub(super) fn after(&mut self, earlier: &Metadata) {
-        self.before = earlier.part.clone().unwrap_or_default();
+    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they planned.
+    pub(super) fn after(&mut self, earlier: &Metadata, paths: u64, extends: bool) {
+        self.one_sequence |= earlier.settings.contains_key("scrambles");
+        self.base.extended_from.clone_from(&earlier.extended_from);
+        if extends {
+            self.base.extended_from.push(earlier.sample_range[1]);
+        }
+        self.before = earlier.part.clone().unwrap_or_else(|| Part { paths, ..Part::default() });
         self.dropped_before = earlier.dropped_samples;
     }
 

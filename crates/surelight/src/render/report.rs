@@ -4,9 +4,10 @@ use surelight_film::{Precision, Reach};
 use surelight_render::Outcome;
 
 use crate::method::word;
+use crate::parse::Format;
 use crate::progress::mega_rate;
 use crate::stopping::Bound;
-use crate::summary::{Adapter, Intervals, RelativeError, Stop, Summary};
+use crate::summary::{Adapter, Intervals, Provisional, RelativeError, Stop, Summary};
 
 use super::Finished;
 
@@ -27,6 +28,7 @@ impl Finished<'_> {
             version: env!("CARGO_PKG_VERSION"),
             scene: self.args.scene.display().to_string(),
             outputs: self.outputs.iter().map(|output| output.path.display().to_string()).collect(),
+            extendable: self.outputs.iter().any(|output| output.format == Format::Exr),
             width: self.film.width(),
             height: self.film.height(),
             adapter: Adapter {
@@ -37,6 +39,7 @@ impl Finished<'_> {
             },
             spp: self.spp(),
             resumed_spp: self.resumed_spp,
+            resumed_from: self.resumed_from.clone(),
             target_spp: self.target_spp(),
             crop: self.record.beginning().crop,
             sample_range: [self.standing.first, self.standing.next],
@@ -57,7 +60,7 @@ impl Finished<'_> {
             mpaths_per_second: mega_rate(self.counts.paths, self.seconds.trace),
             integrator: word(self.method.integrator),
             choice: self.choice.clone(),
-            relative_error: self.film.error_summary().map(|e| RelativeError::new(e, self.args.is_one_sequence())),
+            relative_error: self.film.error_summary().map(|e| RelativeError::new(e, self.record.one_sequence)),
             intervals: self.intervals(),
             dropped_samples: self.record.dropped(&self.counts),
             truncated_rays: truncated,
@@ -78,12 +81,18 @@ impl Finished<'_> {
         let stop = &self.args.stop;
         let precision =
             Precision { error: stop.error.unwrap_or(0.0), confidence: stop.confidence(), bound: stop.bound() };
-        let Reach { half_width, certified } = precision.reach(&self.film, &self.film.certify());
+        let certificate = self.film.certify();
+        let Reach { half_width, certified } = precision.reach(&self.film, &certificate);
+        let finite = |half_width: f64| (half_width < f64::INFINITY).then_some(half_width);
+        let chosen = certificate.provisional.iter().zip(&certificate.reachable).map(|(&light, &r)| light && r);
+        let provisional = finite(precision.half_width(&self.film, &chosen.collect::<Vec<_>>()));
         Intervals {
             certified,
+            provisional: provisional
+                .map(|half_width| Provisional { share: certificate.provisional_share(), half_width }),
             confidence: precision.confidence,
             bound: word(stop.bound.unwrap_or(Bound::Clt)),
-            half_width: (half_width < f64::INFINITY).then_some(half_width),
+            half_width: finite(half_width),
             target: stop.error,
         }
     }
