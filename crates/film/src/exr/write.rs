@@ -112,6 +112,13 @@ impl Judged {
     }
 }
 
+/// A non-negative number to 9 bits, which halves its size in the file. Batches know squares to 5.
+fn rounded(x: f32) -> f32 {
+    const DROPPED: u32 = 15;
+    let bits = (x.to_bits() + (1 << (DROPPED - 1))) >> DROPPED << DROPPED;
+    if f32::from_bits(bits).is_finite() { f32::from_bits(bits) } else { x }
+}
+
 /// The bits of a channel at each pixel.
 type Bits<'a> = Box<dyn Fn(usize) -> u32 + Sync + 'a>;
 
@@ -146,8 +153,8 @@ impl<'a> Channels<'a> {
         all.float("Certified.V", |i| f32::from(u8::from(judged.certified[i])));
         all.float("Tail.K", |i| judged.tail[i]);
         // What tails of an extended render are judged by.
-        all.float("Tail.Max", move |i| pixels[i].largest() as f32);
-        all.float("Tail.Squares", move |i| pixels[i].squares() as f32);
+        all.float("Tail.Max", move |i| rounded(pixels[i].largest() as f32));
+        all.float("Tail.Squares", move |i| rounded(pixels[i].squares() as f32));
         all.float("Samples.N", move |i| pixels[i].samples() as f32);
         if moments {
             for word in 0..WORDS {
