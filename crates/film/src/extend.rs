@@ -53,7 +53,7 @@ fn rebuild(image: &ExrImage) -> Result<(Film, Metadata), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, encode_exr, write_exr};
+    use crate::{BatchSum, write_exr};
 
     fn film(batches: std::ops::Range<u32>) -> Film {
         let mut film = Film::of_window(Window::crop([5, 4], [1, 1, 4, 3]).unwrap());
@@ -82,8 +82,13 @@ mod tests {
         write_exr(&path, &first, &metadata(&first)).unwrap();
         let (mut extended, read) = read_finished(&path).unwrap();
         assert_eq!(read, metadata(&first));
-        // Written again, it is the same file.
-        assert_eq!(encode_exr(&extended, &read).unwrap(), std::fs::read(&path).unwrap());
+        // Written again, its picture and what is known of it are the same; tails are rounded.
+        let again = folder.path().join("again.exr");
+        write_exr(&again, &extended, &read).unwrap();
+        let [before, after] = [&path, &again].map(|path| read_exr(path).unwrap());
+        for name in ["R", "G", "B", "Samples.N", "Tail.Max", "Tail.Squares"] {
+            assert_eq!(before.channels[name], after.channels[name], "{name}");
+        }
         extended.merge(&film(16..48)).unwrap();
         let direct = film(0..48);
         for i in 0..6 {
