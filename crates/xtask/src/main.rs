@@ -5,6 +5,7 @@ mod benchmarks;
 mod contact_sheet;
 mod gpu;
 mod mutate;
+mod pixels;
 mod references;
 mod sky;
 
@@ -23,6 +24,7 @@ Commands:
                   race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
   gpu -o FOLDER [SCENE]...
                   pack benches, tests and scenes for a machine with a GPU; there: FOLDER/gpu.sh OUT
+  pixels BINARY   hashes of the pixels and kernels of all scenes in assets/, to compare before and after
   references DIR --surelight BINARY
                   render the scenes of a folder and test them against its references
   mutate [CASE]...
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         ["contact-sheet", ref rest @ ..] => contact_sheet::run(rest),
         ["benchmarks", ref rest @ ..] => benchmarks::run(&repository(), rest),
         ["gpu", ref rest @ ..] => gpu::run(&repository(), rest),
+        ["pixels", ref rest @ ..] => pixels::run(&repository(), rest),
         ["references", ref rest @ ..] => references::run(rest),
         ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
         ["help" | "--help" | "-h"] => {
