@@ -233,6 +233,11 @@ pub(crate) struct FileArgs {
     /// Most pixels that an image of the file may have; larger ones are left out with a warning [default: 67108864]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) max_image_pixels: Option<u64>,
+
+    /// Let textures and buffers lie in this folder, too, at any depth; repeat it for several. Without it, a URI
+    /// cannot leave the folder of the scene
+    #[arg(long, value_name = "DIR", value_parser = value::folders())]
+    pub(crate) allow_outside: Vec<PathBuf>,
 }
 
 impl FileArgs {
@@ -247,6 +252,7 @@ impl FileArgs {
                 .as_ref()
                 .map(|animation| Moment { animation: animation.0.clone(), seconds: self.at.unwrap_or(0.0).into() }),
             max_image_pixels: self.max_image_pixels.unwrap_or(usual.max_image_pixels),
+            allow_outside: self.allow_outside.clone(),
             ..usual
         }
     }

@@ -1,6 +1,7 @@
 //! Values of options: what may be typed, and what is said when it may not.
 
 use std::ffi::OsStr;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -55,6 +56,20 @@ pub(crate) fn output_paths() -> impl TypedValueParser<Value = OutputPath> {
 /// Parses `--map OUT.png`, likewise.
 pub(crate) fn png_paths() -> impl TypedValueParser<Value = OutputPath> {
     OsStringValueParser::new().try_map(|text| png_path(&text))
+}
+
+/// Parses the path of a folder that exists, which need not be UTF-8.
+pub(crate) fn folders() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text| folder(text.into()))
+}
+
+fn folder(path: PathBuf) -> Result<PathBuf, String> {
+    match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => Ok(path),
+        Ok(_) => Err("this is a file, and a folder is needed".into()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Err("the folder does not exist".into()),
+        Err(error) => Err(format!("the folder cannot be read: {error}")),
+    }
 }
 
 /// What `-o` holds.

@@ -95,6 +95,39 @@ fn outputs_are_checked_before_rendering() {
     assert_eq!(folder.files(), ["b.exr"]);
 }
 
+/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every command.
+#[test]
+fn textures_outside_the_scenes_folder_need_permission() {
+    let folder = Folder::new();
+    for name in ["scenes", "textures"] {
+        fs::create_dir(folder.path(name)).unwrap();
+    }
+    fs::write(folder.path("scenes/a.gltf"), gltf_with_image("../textures/a.png")).unwrap();
+    fs::write(folder.path("scenes/triangle.bin"), triangle()).unwrap();
+    image::RgbImage::from_pixel(1, 1, image::Rgb([1, 2, 3])).save(folder.path("textures/a.png")).unwrap();
+    let before = fs::read(folder.path("textures/a.png")).unwrap();
+
+    for command in ["info scenes/a.gltf", "scenes/a.gltf --size 8x8 --spp 1 -o a.png"] {
+        let refused = folder.run(command).succeeded().stdout;
+        assert!(refused.contains("../textures/a.png") && refused.contains("--allow-outside DIR"), "{refused}");
+        let read = folder.run(&format!("{command} --allow-outside scenes --allow-outside textures")).succeeded();
+        assert!(!read.stdout.contains("a.png,") && !read.stdout.contains("allow-outside"), "{read:#?}");
+    }
+    let look = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
+    let measured = folder.run(&format!("measure scenes/a.gltf {look}")).succeeded().stdout;
+    assert!(!measured.contains("allow-outside"), "{measured}");
+
+    let over = "scenes/a.gltf --size 8x8 --spp 1 -o textures/a.png --allow-outside textures";
+    folder.run(over).failed_with(&["textures/a.png", "reads it"]);
+    assert_eq!(fs::read(folder.path("textures/a.png")).unwrap(), before);
+
+    for (wrong, words) in [("gone", "the folder does not exist"), ("a.png", "this is a file")] {
+        let ran = folder.run(&format!("scenes/a.gltf --allow-outside {wrong}"));
+        assert_eq!(ran.code, Some(2), "{ran:#?}");
+        assert!(ran.stderr.contains(words) && ran.stderr.contains(wrong), "{ran:#?}");
+    }
+}
+
 /// A texture is known by its file, however its URI spells that: plain, percent-encoded, or long.
 #[test]
 fn a_texture_of_the_scene_is_not_overwritten() {

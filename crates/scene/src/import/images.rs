@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
-use std::path::Path;
 
 use image::{ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
@@ -11,7 +10,7 @@ use super::basis;
 use super::buffers::Buffers;
 use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
-use super::uri;
+use super::uri::{self, Folders};
 use super::warnings::Warnings;
 use crate::{Image, LoadOptions};
 
@@ -23,7 +22,7 @@ const TOTAL_FACTOR: u64 = 16;
 pub(crate) struct Sources<'a> {
     pub(crate) document: &'a Document,
     pub(crate) buffers: &'a Buffers<'a>,
-    pub(crate) folder: &'a Path,
+    pub(crate) folders: &'a Folders<'a>,
     pub(crate) options: &'a LoadOptions,
 }
 
@@ -170,8 +169,8 @@ impl<'a> Sources<'a> {
         let json = get(&self.document.images, Int(index as u64), "image", "a texture")?;
         let (bytes, name): (std::borrow::Cow<[u8]>, _) = match (&json.uri, json.buffer_view) {
             (Some(uri), _) => {
-                let bytes = uri::read(uri, self.folder, self.options.max_buffer_bytes, &place)?;
-                (bytes.into(), uri::file_name(uri, self.folder).unwrap_or_else(|| place.clone()))
+                let bytes = uri::read(uri, self.folders, self.options.max_buffer_bytes, &place)?;
+                (bytes.into(), uri::file_name(uri, self.folders).unwrap_or_else(|| place.clone()))
             }
             (None, Some(view)) => (self.buffers.view(view, &place)?.bytes.into(), place.clone()),
             (None, None) => return Err(Fault::invalid(place, "has neither a URI nor a bufferView")),
