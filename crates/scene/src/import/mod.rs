@@ -20,6 +20,7 @@ mod glb;
 mod image_based_light;
 mod images;
 mod instancing;
+mod json;
 mod lights;
 mod material_draft;
 mod material_extensions;

@@ -1,6 +1,6 @@
 //! URIs: `data:`, and paths that stay inside the scene's folder or one that the caller allows.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
-use super::error::{Fault, Result};
+use super::error::{Fault, Result, io_cause};
 
 /// Padding may be missing and stray bits set: exporters do both.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -255,13 +255,31 @@ fn near_match(path: &Path, folders: &Folders) -> Option<String> {
     Some(shown(&name))
 }
 
+/// Whether reading could go on for ever, as of /dev/zero. Pipes end with their writers.
+fn is_device(metadata: &Metadata) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        metadata.file_type().is_char_device()
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = metadata;
+        false
+    }
+}
+
 /// Reads a whole file, refusing one above the limit before its bytes are in memory.
 pub(crate) fn read_file(path: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
-    let fault = |e: std::io::Error| Fault::Read { path: path.to_path_buf(), kind: e.kind(), text: e.to_string() };
+    let fault = |e: std::io::Error| Fault::Read { path: path.to_path_buf(), kind: e.kind(), text: io_cause(&e) };
     let file = File::open(path).map_err(fault)?;
     let metadata = file.metadata().map_err(fault)?;
     if metadata.is_dir() {
         return Err(fault(ErrorKind::IsADirectory.into()));
+    }
+    if is_device(&metadata) {
+        let text = "it is a device, and a file is needed".into();
+        return Err(Fault::Read { path: path.to_path_buf(), kind: ErrorKind::InvalidInput, text });
     }
     let too_large = || Fault::too_large(place, format!("is {} with more than {limit} bytes", path.display()));
     if metadata.len() > limit {
