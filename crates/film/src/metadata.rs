@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ExposureRecord;
+
 /// Name of the setting of pictures whose pixels share paths within 2×2 squares.
 pub const SHARED_PATHS: &str = "shared-paths";
 
@@ -33,6 +35,9 @@ pub struct Metadata {
     pub biased: Vec<String>,
     /// Samples that were not finite and were left out.
     pub dropped_samples: u64,
+    /// Exposure of the PNG, where it follows from the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<ExposureRecord>,
     /// Of a part of a render: what it takes to go on, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,
