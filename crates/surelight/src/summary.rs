@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 use surelight_film::{CERTIFIED_SHARE, ErrorSummary, LEAST_SAMPLES};
 
+use crate::exposure::{Automatic, Hint};
 use crate::progress::Significant;
 
 /// The summary of a render; its fields are the keys of `--json`.
@@ -66,6 +67,10 @@ pub(crate) struct Summary {
     pub(crate) truncated_rays: u64,
     /// Options in force that bias the picture, and light that no path finds.
     pub(crate) biased: Vec<String>,
+    /// Exposure of the PNG, where it follows from the picture.
+    pub(crate) exposure: Option<Automatic>,
+    /// What another exposure of the PNG would bring out.
+    pub(crate) exposure_hint: Option<Hint>,
     /// Bytes held on the device; all of them at once.
     pub(crate) peak_device_bytes: u64,
     /// What was not as written, or decided without being asked.
@@ -231,6 +236,12 @@ impl Display for Summary {
         if !self.biased.is_empty() {
             writeln!(f, "biased    {}", self.biased.join(", "))?;
         }
+        if let Some(exposure) = &self.exposure {
+            writeln!(f, "picture   {exposure}")?;
+        }
+        if let Some(hint) = &self.exposure_hint {
+            writeln!(f, "hint      {hint}")?;
+        }
         for warning in &self.warnings {
             writeln!(f, "warning   {warning}")?;
         }
@@ -338,6 +349,8 @@ mod tests {
             dropped_samples: 3,
             truncated_rays: 0,
             biased: vec!["max-radiance 10".into()],
+            exposure: None,
+            exposure_hint: None,
             peak_device_bytes: 1,
             warnings: vec!["the file has no light".into()],
         }

@@ -4,7 +4,7 @@
 //! written; it is removed when the goal is met and all outputs are written.
 
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use surelight_film::{
     Difference, Film, Metadata, difference, read_part, read_part_header, remove_leftovers, write_exr,
@@ -33,11 +33,6 @@ impl Checkpoint {
         let first = outputs.first().map_or_else(PathBuf::new, |output| output.path.clone());
         let name = name_of(first.file_stem().unwrap_or(OsStr::new("surelight")));
         Self { path: first.with_file_name(name), ours: false, failure: None }
-    }
-
-    /// The file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// The file, where it is of this render.
@@ -140,6 +135,8 @@ fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -150,7 +147,7 @@ mod tests {
             ("/x/y.exr", "/x/y.checkpoint.exr"),
         ] {
             let output = OutputPath { path: output.into(), format: Format::Exr };
-            assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
+            assert_eq!(Checkpoint::beside(&[output]).path, Path::new(checkpoint));
         }
     }
 
