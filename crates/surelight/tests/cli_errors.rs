@@ -65,6 +65,79 @@ fn what_is_not_gltf_is_told() {
     assert_eq!(folder.files(), ["a.glb", "a.gltf", "folder.glb"]);
 }
 
+/// Files of other kinds are named by what they are, scenes and environments.
+#[test]
+fn files_of_the_wrong_kind_are_recognised() {
+    let folder = Folder::new();
+    for (bytes, words) in [
+        (&b""[..], "it is empty"),
+        (b"PK\x03\x04 and more", "ZIP archive: unpack it first"),
+        (b"\x1f\x8b\x08 and more", "gzip"),
+        (b"BLENDER-v300", "export it as glTF 2.0"),
+        (b"Kaydara FBX Binary", "FBX"),
+        (b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),
+        (b"\xff\xfe{\0", "save it as UTF-8"),
+        (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    ] {
+        fs::write(folder.path("a.glb"), bytes).unwrap();
+        folder.run("a.glb").failed_with(&["a.glb", words]);
+    }
+    for (bytes, words) in
+        [(&b""[..], "it is empty"), (b"\x89PNG\r\n\x1a\n", "a PNG image"), (b"\xff\xd8\xff\xe0", "a JPEG image")]
+    {
+        fs::write(folder.path("e.hdr"), bytes).unwrap();
+        folder.run("{box} --env e.hdr").failed_with(&["e.hdr", words]);
+    }
+    fs::write(folder.path("e.exr"), b"\x89PNG\r\n\x1a\n").unwrap();
+    folder.run("compare e.exr e.exr").failed_with(&["e.exr", "it is not an OpenEXR file"]);
+}
+
+/// A device has no end, and reading it would fill the memory.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_are_not_read() {
+    let folder = Folder::new();
+    folder.run("/dev/zero").failed_with(&["/dev/zero", "it is a device"]);
+    folder.run("{box} --env /dev/zero").failed_with(&["/dev/zero", "it is a device"]);
+}
+
+/// Beyond `ulimit -f`, writing fails with a sentence and leaves no half file; by default the system
+/// kills the program.
+#[cfg(unix)]
+#[test]
+fn the_limit_on_file_sizes_is_told() {
+    let folder = Folder::new();
+    let script = "ulimit -f 1 && exec \"$0\" \"$@\"";
+    let program = env!("CARGO_BIN_EXE_surelight");
+    let scene = cornell_box();
+    let output = std::process::Command::new("sh")
+        .args(["-c", script, program, scene.to_str().unwrap(), "--size", "64x64", "--spp", "2", "--quiet"])
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    common::Ran::from(output).failed_with(&["cornell-box.exr", "limit on file sizes"]);
+    assert!(!folder.files().iter().any(|name| name.ends_with(".part")), "{:?}", folder.files());
+}
+
+/// Names of files may hold escape sequences, which the terminal must not obey.
+#[cfg(unix)]
+#[test]
+fn control_characters_in_names_do_not_reach_the_terminal() {
+    let folder = Folder::new();
+    let name = "a\u{1b}[31mb.glb";
+    for there in [false, true] {
+        if there {
+            fs::copy(cornell_box(), folder.path(name)).unwrap();
+        }
+        let output = folder.command([name, "--size", "8x8", "--spp", "1"]).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        let text = String::from_utf8(text).unwrap();
+        assert_eq!(output.status.success(), there, "{text}");
+        assert!(!text.contains('\u{1b}') && text.contains("a\\u{1b}[31mb"), "{text:?}");
+    }
+    assert!(folder.path("a\u{1b}[31mb.png").is_file());
+}
+
 /// A picture that is gone costs a warning, not the render; a buffer that is gone costs the render.
 #[test]
 fn a_missing_image_is_a_warning_and_a_missing_buffer_an_error() {
