@@ -5,7 +5,6 @@ const KINDS: &[(&[u8], &str)] = &[
     (b"glTF", "a glTF scene"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
-    (b"RIFF", "a WebP image"),
     (b"II*\0", "a TIFF image"),
     (b"MM\0*", "a TIFF image"),
     (b"#?", "a Radiance HDR image"),
