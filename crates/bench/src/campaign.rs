@@ -32,7 +32,8 @@ pub fn campaign(
     note: &str,
     watch: &mut WatchAll<'_>,
 ) -> Result<(Data, bool), BenchError> {
-    std::fs::create_dir_all(folder).map_err(|e| BenchError::file(folder, format!("cannot be made: {e}")))?;
+    std::fs::create_dir_all(folder)
+        .map_err(|e| BenchError::file(folder, format!("cannot be made: {}", surelight_film::io_cause(&e))))?;
     let mut earlier = Vec::new();
     let mut conditions = Conditions::now(&device.info, note);
     let mut resumed = None;

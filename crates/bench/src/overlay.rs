@@ -28,7 +28,8 @@ pub struct Peer {
 /// # Errors
 /// Where the file cannot be read, lacks a column, or holds something else than numbers above zero.
 pub fn read_overlay(path: &Path) -> Result<Vec<Peer>, BenchError> {
-    let text = std::fs::read_to_string(path).map_err(|e| BenchError::file(path, format!("cannot be read: {e}")))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| BenchError::file(path, format!("cannot be read: {}", surelight_film::io_cause(&e))))?;
     let points = if text.trim_start().starts_with(['[', '{']) { parse_races(&text) } else { parse(&text) };
     points.map_err(|cause| BenchError::file(path, cause))
 }

@@ -47,7 +47,8 @@ pub fn race(
     save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
     watch: &mut Watch<'_>,
 ) -> Result<bool, BenchError> {
-    std::fs::create_dir_all(folder).map_err(|e| BenchError::file(folder, format!("cannot be made: {e}")))?;
+    std::fs::create_dir_all(folder)
+        .map_err(|e| BenchError::file(folder, format!("cannot be made: {}", surelight_film::io_cause(&e))))?;
     let mut race = Race {
         subject,
         plan,

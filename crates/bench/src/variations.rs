@@ -34,7 +34,8 @@ impl Variations {
     /// # Errors
     /// A sentence where there is no such switch or value, or the switch was given before.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
-        let (name, values) = text.split_once('=').ok_or("expected a switch and its values, such as max-bounces=4,8")?;
+        let (name, values) =
+            text.split_once('=').ok_or("expected an option and its values, such as max-bounces=4,8")?;
         let twice = match name {
             "integrator" => set(&mut self.integrators, values, family)?,
             "sampler" => set(&mut self.samplers, values, sampler)?,
@@ -242,7 +243,7 @@ mod tests {
     fn slips_of_the_finger_are_told() {
         for (wrong, word) in [
             ("bounces=4", "there is no switch"),
-            ("max-bounces", "expected a switch"),
+            ("max-bounces", "expected an option"),
             ("max-bounces=few", "\"few\" is not a number"),
             ("sampler=sobol,halton", "\"halton\" is not a sampler"),
             ("max-radiance=-1", "is not a radiance"),

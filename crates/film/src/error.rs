@@ -86,7 +86,7 @@ impl ReadError {
 }
 
 /// What an input/output error means to a user, in words of the path it happened at.
-pub(crate) fn io_cause(error: &std::io::Error) -> String {
+pub fn io_cause(error: &std::io::Error) -> String {
     use std::io::ErrorKind as Kind;
     match error.kind() {
         Kind::NotFound => "it does not exist".into(),
@@ -96,6 +96,8 @@ pub(crate) fn io_cause(error: &std::io::Error) -> String {
         Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
         Kind::FileTooLarge => "it would be larger than the limit on file sizes".into(),
         Kind::IsADirectory => "it is a folder".into(),
-        _ => error.to_string(),
+        Kind::NotADirectory => "a part of its path is not a folder".into(),
+        // The number of the error means nothing to a user.
+        _ => error.to_string().split(" (os error").next().unwrap_or_default().to_owned(),
     }
 }

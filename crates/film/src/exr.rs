@@ -199,8 +199,11 @@ pub(crate) fn check_claim(bytes: &[u8], most: u64) -> Result<(), String> {
 pub(crate) fn cause_of(error: ::exr::error::Error) -> String {
     use ::exr::error::Error;
     match error {
-        Error::NotSupported(what) => format!("it uses a feature of EXR that is not supported ({what})"),
-        Error::Invalid(what) => format!("it is no intact EXR ({what})"),
+        Error::NotSupported(what) => format!("it uses a feature of OpenEXR that is not supported ({what})"),
+        // What is said of other damage names parts of the decoder.
+        Error::Invalid(what) if what.contains("identifier missing") => "it is not an OpenEXR file".into(),
+        Error::Invalid(what) if what.contains("missing bytes") => "it is empty or cut short".into(),
+        Error::Invalid(_) => "it is damaged or cut short".into(),
         Error::Io(error) => io_cause(&error),
         Error::Aborted => "reading was stopped".into(),
     }
@@ -364,7 +367,7 @@ mod tests {
         for length in [0, 3, 8, 100, whole.len() / 2, whole.len() - 1] {
             std::fs::write(&path, &whole[..length]).unwrap();
             let text = read_exr(&path).unwrap_err().to_string();
-            assert!(text.contains("image.exr") && text.contains("no intact EXR"), "{length}: {text}");
+            assert!(text.contains("image.exr") && text.contains("cut short"), "{length}: {text}");
         }
     }
 

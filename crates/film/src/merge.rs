@@ -299,6 +299,7 @@ impl MergePlan {
             crop: (!self.window.is_all()).then(|| self.window.edges()),
             batches: film.degrees_of_freedom(0).round() as u32 + 1,
             dropped_samples: dropped,
+            exposure: None, // of the parts
             part: self.missing.is_some().then_some(part),
             ..first.metadata.clone()
         };

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::ExposureRecord;
+
 /// Name of the setting of pictures whose pixels share paths within 2×2 squares.
 pub const SHARED_PATHS: &str = "shared-paths";
 
@@ -39,6 +41,9 @@ pub struct Metadata {
     /// Adapters and drivers of the parts, where they differ: means and error bars hold, bits do not.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mixed: Vec<String>,
+    /// Exposure of the PNG, where it follows from the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<ExposureRecord>,
     /// Of a part of a render: what it takes to go on, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,

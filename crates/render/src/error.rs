@@ -17,7 +17,7 @@ pub enum RenderError {
         available: String,
     },
     /// The adapter gave no device.
-    #[error("the adapter \"{adapter}\" gave no device: {message}")]
+    #[error("the adapter \"{adapter}\" cannot be opened: {message}; --adapter chooses another")]
     NoDevice {
         /// Its name.
         adapter: String,
@@ -25,7 +25,7 @@ pub enum RenderError {
         message: String,
     },
     /// The driver dropped the device.
-    #[error("the device \"{adapter}\" was lost: {message}")]
+    #[error("the device \"{adapter}\" was lost: {message}; --adapter chooses another")]
     DeviceLost {
         /// Its name.
         adapter: String,
@@ -61,7 +61,7 @@ pub enum RenderError {
         message: String,
     },
     /// A shader did not compose or validate: a defect of this program.
-    #[error("shader {root} does not compose (please report this):\n{message}")]
+    #[error("Surelight has a defect, please report it: the shader {root} does not compile: {message}")]
     Shader {
         /// Root module.
         root: String,

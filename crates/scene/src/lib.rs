@@ -8,6 +8,7 @@ mod environment;
 mod framing;
 mod glb_writer;
 mod import;
+mod kind;
 mod layers;
 mod light;
 mod material;

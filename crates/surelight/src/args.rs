@@ -18,7 +18,20 @@ use crate::options::{DevicesArgs, InfoArgs, RenderArgs};
 #[command(
     name = "surelight",
     version,
-    after_help = "Exit codes: 0 done, 1 error, 2 wrong usage, 3 stopped before the target (image and checkpoint are written), 4 compare: they differ; bench --compare: something was lost, 5 compare --strict: cannot tell.",
+    after_long_help = "\
+Examples:
+  surelight scene.glb --spp 256
+  surelight scene.gltf --env studio.hdr --size 1920x1080 --time 2m --exposure auto
+  surelight scene.glb --error 3% -o picture.png -o picture.exr
+  surelight COMMAND --help
+
+Exit codes:
+  0  done
+  1  error: bad input, device or disk
+  2  wrong usage
+  3  stopped before the target; image and checkpoint are written
+  4  compare: the images differ; bench --compare: a regression
+  5  compare --strict: the test is inconclusive",
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     arg_required_else_help = true
@@ -34,7 +47,11 @@ where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
 {
+    let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
     let mut cli = definition();
+    if words.iter().any(|word| word == "-h") {
+        cli = with_short_help(cli);
+    }
     let matches = cli.try_get_matches_from_mut(words).map_err(|error| clearer(error, &mut cli))?;
     let command = match Cli::from_arg_matches(&matches)?.command {
         Some(command) => command,
@@ -60,9 +77,45 @@ where
     }
 }
 
+/// Lays `-h` out for one screen: options without a heading on a line each, the names of the others.
+fn with_short_help(command: clap::Command) -> clap::Command {
+    const MAX_WIDTH: usize = 98;
+    let mut headings: Vec<(String, Vec<String>)> = Vec::new();
+    for arg in command.get_arguments() {
+        let (Some(heading), Some(long)) = (arg.get_help_heading(), arg.get_long()) else { continue };
+        match headings.iter_mut().find(|(known, _)| known == heading) {
+            Some((_, names)) => names.push(format!(" --{long}")),
+            None => headings.push((heading.to_owned(), vec![format!(" --{long}")])),
+        }
+    }
+    let width = headings.iter().map(|(heading, _)| heading.len()).max().unwrap_or(0);
+    let mut lines = Vec::new();
+    for (heading, names) in &headings {
+        let mut line = format!("  {heading:width$} ");
+        for name in names {
+            if line.len() + name.len() > MAX_WIDTH {
+                lines.push(std::mem::replace(&mut line, " ".repeat(width + 3)));
+            }
+            line += name;
+        }
+        lines.push(line);
+    }
+    let footer = match lines.is_empty() {
+        true => String::new(),
+        false => format!("More options, explained by --help:\n{}", lines.join("\n")),
+    };
+    command
+        .mut_args(|arg| {
+            let more = arg.get_help_heading().is_some();
+            arg.hide_short_help(more).hide_possible_values(true)
+        })
+        .mut_subcommands(with_short_help)
+        .after_help(footer)
+}
+
 fn definition() -> clap::Command {
     RenderArgs::augment_args(Cli::command())
-        .about("Renders glTF scenes by path tracing on the GPU, with an error bar on every pixel.")
+        .about("Renders glTF scenes by path tracing, with an error bar on every pixel.")
         .long_about(None)
         .allow_negative_numbers(true)
 }
@@ -81,27 +134,28 @@ fn clearer(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Render a scene to PNG and EXR (this is what happens without a command too)
+    /// Render a scene to PNG and EXR; the default command
     Render(Box<RenderArgs>),
-    /// Tell what is in a scene, what the kernel will include because of it, and what is not supported
+    /// Show what a scene contains, which kernel features it needs, and what is not supported
     Info(InfoArgs),
-    /// Measure one number with its error bar: radiance, irradiance and illuminance, or the mean of an image region
+    /// Measure radiance, irradiance or the mean of an image region, with an error bar
     Measure(Box<MeasureArgs>),
-    /// Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula, on the device
+    /// Integrate a formula by Monte Carlo, quasi-Monte Carlo and quadrature, on the device
     Integrate(Box<IntegrateArgs>),
-    /// Tell how far apart two images are, and whether more than their noise explains it
+    /// Compare two images: metrics, and a test whether noise explains the difference
     Compare(CompareArgs),
-    /// Race the methods on scenes: which reaches a given error first, charted
+    /// Benchmark integrators and samplers on scenes: charts of error against time
     Bench(Box<BenchArgs>),
-    /// Join parts of one render: the same bytes as if it had been rendered in one go
+    /// Merge parts of one render into the bytes of a single run
     Merge(MergeArgs),
-    /// List adapters, drivers and limits
+    /// List adapters, drivers and their limits
     Devices(DevicesArgs),
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exposure::Exposure;
     use crate::method::Integrator;
     use crate::options::Tonemap;
     use crate::parse::Bounces;
@@ -131,7 +185,7 @@ mod tests {
         let (short, long) = (render(&format!("surelight {tail}")), render(&format!("surelight render {tail}")));
         assert_eq!(format!("{short:?}"), format!("{long:?}"));
         assert_eq!(short.camera.eye, Some([-1.0, 2.0, 3.0]));
-        assert_eq!(short.exposure, -1.0);
+        assert_eq!(short.exposure, Some(Exposure::Stops(-1.0)));
         assert_eq!(short.file.scene, Some(1));
         assert_eq!(short.output.len(), 2);
     }
@@ -139,7 +193,7 @@ mod tests {
     #[test]
     fn defaults_are_those_of_the_manual() {
         let args = render("surelight a.glb");
-        assert_eq!((args.stop.spp, args.stop.time, args.seed, args.exposure), (None, None, 0, 0.0));
+        assert_eq!((args.stop.spp, args.stop.time, args.seed, args.exposure), (None, None, 0, None));
         assert_eq!(args.max_bounces, Bounces(None));
         assert_eq!(args.tonemap, Tonemap::Neutral);
         assert_eq!((args.method.integrator, args.method.sampler), (Integrator::Auto, Sampler::Sobol));

@@ -74,7 +74,7 @@ fn mapped(args: &BenchArgs) -> Result<ExitCode, Error> {
     let silent = map.silent();
     let mut text = format!("map: {}\n", args.output.join("failure-map.md").display());
     for (case, method) in &silent {
-        text += &format!("wrong without a word: {method} on \"{case}\"\n");
+        text += &format!("undetected bias: {method} on \"{case}\"\n");
     }
     console::result(&text)?;
     Ok(if silent.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(LOSS) })

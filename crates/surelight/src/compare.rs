@@ -17,31 +17,33 @@ use report::Report;
 /// `surelight compare A.exr B.exr`.
 #[derive(Debug, Args)]
 pub(crate) struct CompareArgs {
-    /// The image to judge
+    /// Image to judge
     #[arg(value_name = "A.exr")]
     a: PathBuf,
 
-    /// The reference: differences are A − B, and relative to B
+    /// Reference; differences are A − B, and relative to B
     #[arg(value_name = "B.exr")]
     b: PathBuf,
 
-    /// Write a picture of the differences: warm where A is brighter, cool where it is darker
+    /// Heat map to write: warm where A is brighter, cool where it is darker
     #[arg(long, value_name = "OUT.png", value_parser = value::png_paths())]
     map: Option<OutputPath>,
 
-    /// The variance of B's pixels (of their means, not of single samples), as an image of the same size; instead of B's own layer
+    /// Image with the variance of B's pixel means [default: B's own layer]
     #[arg(long, value_name = "VAR.exr")]
     reference_variance: Option<PathBuf>,
 
-    /// Tell how many samples it takes to see a bias of this size in the whole picture, 9 times in 10
+    /// Estimate the samples needed to detect a bias of this size
+    ///
+    /// A bias of the whole picture, detected with a probability of 90 %.
     #[arg(long, value_name = "E%", value_parser = value::relative_error)]
     plan: Option<f64>,
 
-    /// Exit with code 5 where nothing can be told, instead of 0
+    /// Exit with code 5, not 0, when the test is inconclusive
     #[arg(long)]
     strict: bool,
 
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }

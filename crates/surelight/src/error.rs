@@ -75,7 +75,7 @@ pub(crate) enum Error {
     #[error(transparent)]
     Merge(#[from] surelight_film::MergeError),
     /// A vector without length.
-    #[error("{0} has no length; a direction is needed")]
+    #[error("{0} needs a direction, but all its coordinates are 0")]
     NoDirection(&'static str),
     /// A place where nothing can be written, found before rendering.
     #[error("\"{}\" cannot be written: {cause}", path.display())]
@@ -100,7 +100,7 @@ pub(crate) enum Error {
     Camera(&'static str),
     /// An image that does not fit into memory.
     #[error(
-        "an image of {width}x{height} pixels needs {gib:.1} GiB of memory, which is not to be had; choose a smaller --size"
+        "an image of {width}x{height} pixels needs {gib:.1} GiB of memory, more than is available; choose a smaller --size, or render parts with --crop"
     )]
     Memory {
         /// Pixels a row.
@@ -114,7 +114,7 @@ pub(crate) enum Error {
     #[error("interrupted before the first sample was done; nothing was written")]
     Interrupted,
     /// Standard output or the terminal.
-    #[error("the result could not be printed: {0}")]
+    #[error("the result could not be written to standard output: {}", surelight_film::io_cause(_0))]
     Print(std::io::Error),
 }
 

@@ -12,6 +12,7 @@ mod compare;
 mod console;
 mod devices;
 mod error;
+mod exposure;
 mod fingerprint;
 mod headless;
 mod info;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
     // Help and wrong usage end here, with the exit codes 0 and 2.
     let command = args::parse(std::env::args_os()).unwrap_or_else(|told| told.exit());
     headless::silence_layers();
+    interrupt::survive_file_size_limit();
     panic::set_hook(Box::new(|info| {
         let (cause, saved) = (sentence(&info.to_string()), saved::clause());
         console::note(&format!("error: Surelight has a defect, please report it: {cause}{saved}"));

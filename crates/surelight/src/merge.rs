@@ -8,6 +8,7 @@ use serde::Serialize;
 use surelight_film::{MergePlan, PartFile, Sameness};
 
 use crate::error::Error;
+use crate::exposure::{self, Automatic, Exposure, Hint};
 use crate::options::Tonemap;
 use crate::parse::{self as value, Format, OutputPath};
 use crate::summary::{Percent, RelativeError};
@@ -16,11 +17,13 @@ use crate::{console, output, render};
 /// `surelight merge PART.exr…`.
 #[derive(Debug, Args)]
 pub(crate) struct MergeArgs {
-    /// Parts of one render, in any order: written with --samples or --crop, checkpoints, or merged before
+    /// Parts of one render, in any order
+    ///
+    /// Written with --samples or --crop, checkpoints, or merged parts.
     #[arg(value_name = "PART.exr", required = true)]
     parts: Vec<PathBuf>,
 
-    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
+    /// File to write, .exr (linear, all layers) or .png (tone mapped, sRGB); repeatable
     #[arg(short, long, value_name = "PATH", value_parser = value::output_paths(), required = true)]
     output: Vec<OutputPath>,
 
@@ -29,15 +32,15 @@ pub(crate) struct MergeArgs {
     #[arg(long)]
     mixed: bool,
 
-    /// Brightens the PNG by this many stops
-    #[arg(long, value_name = "EV", value_parser = value::exposure, default_value = "0", allow_hyphen_values = true)]
-    exposure: f32,
+    /// Exposure of the PNG in stops, or `auto` [default: 0]
+    #[arg(long, value_name = "EV|auto", value_parser = value::exposure_or_auto, allow_hyphen_values = true)]
+    exposure: Option<Exposure>,
 
-    /// How the PNG brings radiance into what a screen can show
+    /// Tone-mapping operator of the PNG
     #[arg(long, value_enum, default_value_t = Tonemap::Neutral)]
     tonemap: Tonemap,
 
-    /// The summary as one JSON object on standard output
+    /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -49,8 +52,10 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     let plan = MergePlan::new(parts, if args.mixed { Sameness::Estimator } else { Sameness::Bits })?;
     render::check_memory(&plan.window)?;
     let (missing, samples) = (plan.missing, plan.samples);
-    let (film, metadata) = plan.join()?;
-    render::write(&args.output, &film, &render::display(args.exposure, args.tonemap), &metadata)?;
+    let (film, mut metadata) = plan.join()?;
+    let exposed = exposure::choose(args.exposure, args.tonemap, &film, &args.output);
+    metadata.exposure = exposed.record();
+    render::write(&args.output, &film, &exposed.display, &metadata)?;
 
     let whole = film.window().whole;
     let one_sequence = metadata.settings.contains_key("scrambles");
@@ -69,6 +74,8 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
         certified: film.certify().share(),
         mixed: metadata.mixed,
         dropped_samples: metadata.dropped_samples,
+        exposure: exposed.auto,
+        exposure_hint: exposed.hint,
         biased: metadata.biased,
     };
     let text = if args.json {
@@ -111,6 +118,10 @@ struct Merged {
     mixed: Vec<String>,
     /// Samples that were not finite and were left out.
     dropped_samples: u64,
+    /// Exposure of the PNG, where it follows from the picture.
+    exposure: Option<Automatic>,
+    /// What another exposure would bring out.
+    exposure_hint: Option<Hint>,
     /// Options in force that bias the picture.
     biased: Vec<String>,
 }
@@ -139,6 +150,12 @@ impl Display for Merged {
         }
         if !self.biased.is_empty() {
             writeln!(f, "biased    {}", self.biased.join(", "))?;
+        }
+        if let Some(exposure) = &self.exposure {
+            writeln!(f, "picture   {exposure}")?;
+        }
+        if let Some(hint) = &self.exposure_hint {
+            writeln!(f, "hint      {hint}")?;
         }
         Ok(())
     }

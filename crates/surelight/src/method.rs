@@ -4,36 +4,38 @@ use clap::{Args, ValueEnum};
 use surelight_render as render;
 use surelight_scene::Scene;
 
+use crate::options::heading;
+
 /// The estimator of the rendering equation and where its random numbers come from.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MethodArgs {
-    /// How paths are sampled
+    /// Integrator (how paths are sampled)
     #[arg(long, value_enum, default_value_t = Integrator::Auto)]
     pub(crate) integrator: Integrator,
 
     /// How `--integrator hemisphere` samples directions [default: bsdf]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, help_heading = heading::SAMPLING)]
     pub(crate) directions: Option<Directions>,
 
-    /// Where random numbers come from
-    #[arg(long, value_enum, default_value_t = Sampler::Sobol)]
+    /// Sampler (the point set behind all random numbers)
+    #[arg(long, value_enum, default_value_t = Sampler::Sobol, help_heading = heading::SAMPLING)]
     pub(crate) sampler: Sampler,
 }
 
 /// Names of the integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Integrator {
-    /// Directions are sampled, lights found by chance; lights without extent never
+    /// Directions over the hemisphere; misses point, spot and directional lights
     Hemisphere,
-    /// Points on lights are sampled
+    /// Points on lights (next-event estimation)
     Area,
-    /// Both, joined by multiple importance sampling
+    /// Both, combined by multiple importance sampling (MIS)
     Mis,
-    /// Joined as well; what comes by mirrors and smooth glass to surfaces that scatter is traced from the lights
+    /// MIS, and caustics of mirrors and smooth glass by light tracing
     Caustics,
-    /// `caustics` where light comes by mirrors or smooth glass and it pays, or would be missing otherwise; else `mis`
+    /// `caustics` where the scene needs it, else `mis`; the summary says why
     Auto,
-    /// Mirrors, clear glass and one shadow ray to the middle of a light; biased, recorded as such
+    /// Whitted's ray tracing: mirrors, clear glass, one shadow ray per light; biased
     Whitted,
 }
 
@@ -42,20 +44,20 @@ pub(crate) enum Integrator {
 pub(crate) enum Directions {
     /// Uniform over the hemisphere
     Uniform,
-    /// By the cosine
+    /// Proportional to the cosine
     Cosine,
-    /// By the BSDF
+    /// Proportional to the BSDF
     Bsdf,
 }
 
 /// Names of the samplers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Sampler {
-    /// A hash for each number
+    /// Independent random numbers
     Independent,
-    /// One jittered sample in each cell of a grid
+    /// Jittered samples, one per cell of a grid
     Stratified,
-    /// Owen-scrambled Sobol points
+    /// Owen-scrambled Sobol points (low discrepancy)
     Sobol,
 }
 

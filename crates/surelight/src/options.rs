@@ -8,24 +8,38 @@ use surelight_film::LEAST_SAMPLES;
 use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
+use crate::exposure::Exposure;
 use crate::method::{MethodArgs, Sampler};
 use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
 use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
 
-/// `surelight [render] SCENE`.
+/// Headings of `--help`. Options that most people need first have none.
+pub(crate) mod heading {
+    pub(crate) const SAMPLING: &str = "Sampling";
+    pub(crate) const CAMERA: &str = "Camera";
+    pub(crate) const ENVIRONMENT: &str = "Environment";
+    pub(crate) const SCENE: &str = "Scene";
+    pub(crate) const PICTURE: &str = "Picture";
+    pub(crate) const PARTS: &str = "Parts and resuming";
+    pub(crate) const DEVICE: &str = "Device and summary";
+}
+
+/// `surelight [render] SCENE`. The order of the options is that of `--help`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// The scene, a .glb or .gltf file
+    /// Scene to render, a .glb or .gltf file
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
-    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
-    /// [default: the scene's name as .png and .exr in the current folder]
+    /// File to write, .png or .exr; repeatable [default: both]
+    ///
+    /// A .png is tone mapped and sRGB; an .exr holds linear radiance, its variance and all other
+    /// layers. By default both are written to the current folder, under the scene's name.
     #[arg(short, long, value_name = "PATH", value_parser = value::output_paths())]
     pub(crate) output: Vec<OutputPath>,
 
-    /// Pixels [default: 1024 on the longer side, the camera's aspect]
+    /// Resolution [default: 1024 on the longer side, camera's aspect]
     #[arg(long, value_name = "WxH", value_parser = value::size)]
     pub(crate) size: Option<Size>,
 
@@ -35,76 +49,96 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) method: MethodArgs,
 
-    /// Scattering events a path may have: 0 emission only, 1 direct light, … or `unlimited`; going straight through a
-    /// pane is none
-    #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited")]
-    pub(crate) max_bounces: Bounces,
-
-    /// Chooses the random numbers; the same seed gives the same image
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u32,
-
-    /// All Sobol points of a pixel from one sequence, as below 256 samples anyway: a smaller error, but the error told is then
-    /// too large
-    #[arg(long, conflicts_with = "error")]
-    pub(crate) one_scramble: bool,
-
-    /// Whether the four pixels of each 2×2 square use what one another's paths find, under `mis`: far less noise where most light comes
-    /// from surface to surface, in squares; no bias. `auto`: in such scenes, unless fewer than 262,144 paths are planned
-    #[arg(long, value_enum, default_value_t = SharedPaths::Auto)]
-    pub(crate) shared_paths: SharedPaths,
-
-    /// From a quarter of --spp to eight times as many samples a pixel, by how noisy a short look finds its surroundings; no bias
-    #[arg(long)]
-    pub(crate) adaptive: bool,
-
-    /// Brightens the PNG by this many stops
-    #[arg(
-        long,
-        value_name = "EV",
-        value_parser = value::exposure,
-        default_value = "0",
-        allow_hyphen_values = true
-    )]
-    pub(crate) exposure: f32,
-
-    /// How the PNG brings radiance into what a screen can show
-    #[arg(long, value_enum, default_value_t = Tonemap::Neutral)]
-    pub(crate) tonemap: Tonemap,
-
-    /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
-    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
-    pub(crate) adapter: Option<Selector>,
-
-    #[command(flatten)]
-    pub(crate) file: FileArgs,
-
-    /// Rough reflections get back what their facets lose by scattering once, as glTF has it: rough metal is then no darker than
-    /// smooth metal
-    #[arg(long)]
-    pub(crate) multiple_scattering: bool,
-
-    /// Clamp every sample to this radiance: fewer bright specks, but biased, and recorded as such
-    #[arg(long, value_name = "X", value_parser = value::positive)]
-    pub(crate) max_radiance: Option<f32>,
-
-    /// No progress, just the summary
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
-
-    /// The summary as one JSON object on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-
-    // Their headings hold for what follows, so they come last.
-    #[command(flatten)]
-    pub(crate) camera: CameraArgs,
-
     #[command(flatten)]
     pub(crate) light: LightArgs,
 
     #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+
+    /// Exposure of the PNG in stops, or `auto` [default: 0]
+    ///
+    /// `auto` shows the log-average luminance of the picture as middle grey (Reinhard et al. 2002).
+    /// The summary and the files record the exposure it chose. The EXR always holds unscaled
+    /// radiance.
+    #[arg(
+        long,
+        value_name = "EV|auto",
+        value_parser = value::exposure_or_auto,
+        allow_hyphen_values = true
+    )]
+    pub(crate) exposure: Option<Exposure>,
+
+    /// Print no progress
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+
+    /// Limit paths to N scattering events; biased
+    ///
+    /// 0 is emission alone, 1 is direct light. Passing straight through a pane does not count. By
+    /// default paths have no limit and end by Russian roulette. A limit biases the picture, and the
+    /// files record it.
+    #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited", help_heading = heading::SAMPLING)]
+    pub(crate) max_bounces: Bounces,
+
+    /// Clamp each sample to this radiance; biased
+    ///
+    /// Removes fireflies, and with them energy: the picture is biased, and the files record it.
+    #[arg(long, value_name = "X", value_parser = value::positive, help_heading = heading::SAMPLING)]
+    pub(crate) max_radiance: Option<f32>,
+
+    /// Seed of the random numbers
+    ///
+    /// The same seed on the same device gives the same image, bit for bit.
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = heading::SAMPLING)]
+    pub(crate) seed: u32,
+
+    /// Distribute samples by noise: a quarter to eight times --spp per pixel
+    ///
+    /// A short pilot render, whose samples are discarded, estimates the noise of each region.
+    /// Unbiased.
+    #[arg(long, help_heading = heading::SAMPLING)]
+    pub(crate) adaptive: bool,
+
+    /// Reuse paths among the four pixels of each 2×2 block
+    ///
+    /// Reduces noise greatly where most light is indirect and diffuse, at the price of noise that
+    /// is correlated within blocks. Unbiased. Needs the `mis` integrator.
+    #[arg(long, value_enum, default_value_t = SharedPaths::Auto, help_heading = heading::SAMPLING)]
+    pub(crate) shared_paths: SharedPaths,
+
+    /// Draw all samples of a pixel from one scrambled Sobol sequence
+    ///
+    /// Lowers the error, but error bars become upper bounds. Renders below 256 samples per pixel
+    /// always do so.
+    #[arg(long, conflicts_with = "error", help_heading = heading::SAMPLING)]
+    pub(crate) one_scramble: bool,
+
+    #[command(flatten)]
+    pub(crate) file: FileArgs,
+
+    /// Compensate rough reflections for the energy that single scattering loses
+    ///
+    /// The microfacet BSDFs of glTF model single scattering, which darkens rough metals. With this
+    /// option, they scale reflections so that a rough metal reflects as much as a smooth one.
+    #[arg(long, help_heading = heading::SCENE)]
+    pub(crate) multiple_scattering: bool,
+
+    /// Tone-mapping operator of the PNG
+    #[arg(long, value_enum, default_value_t = Tonemap::Neutral, help_heading = heading::PICTURE)]
+    pub(crate) tonemap: Tonemap,
+
+    #[command(flatten)]
     pub(crate) parts: PartArgs,
+
+    /// Adapter to render on, by name or index [default: the fastest kind]
+    ///
+    /// A part of the name is enough. `surelight devices` lists names and indices.
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, help_heading = heading::DEVICE)]
+    pub(crate) adapter: Option<Selector>,
+
+    /// Print the summary as one JSON object
+    #[arg(long, help_heading = heading::DEVICE)]
+    pub(crate) json: bool,
 }
 
 impl RenderArgs {
@@ -124,89 +158,112 @@ impl RenderArgs {
 
 /// Where the picture is taken from.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Camera")]
 pub(crate) struct CameraArgs {
-    /// Camera of the file, by name or number [default: the first; the whole model framed when there is none]
+    /// Camera of the scene, by name or index [default: the first]
+    ///
+    /// A scene without a camera is framed as a whole.
     #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, conflicts_with = "eye")]
     pub(crate) camera: Option<Selector>,
 
-    /// Look from here, metres
+    /// Position of the eye, in metres
     #[arg(
         long,
         value_name = "x,y,z",
         value_parser = value::point,
         requires = "target",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        help_heading = heading::CAMERA
     )]
     pub(crate) eye: Option<[f64; 3]>,
 
-    /// … towards here, metres
+    /// Point that the eye looks at, in metres
     #[arg(
         long,
         value_name = "x,y,z",
         value_parser = value::point,
         requires = "eye",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        help_heading = heading::CAMERA
     )]
     pub(crate) target: Option<[f64; 3]>,
 
-    /// Vertical field of view, degrees [default: the camera's; 45 with --eye]
-    #[arg(long, value_name = "DEG", value_parser = value::field_of_view)]
+    /// Vertical field of view, in degrees [default: the camera's; 45 with --eye]
+    #[arg(long, value_name = "DEG", value_parser = value::field_of_view, help_heading = heading::CAMERA)]
     pub(crate) fov: Option<f64>,
 
-    /// Diameter of a thin lens, metres: what is nearer or farther than --focus blurs
-    #[arg(long, value_name = "METRES", value_parser = value::positive)]
+    /// Diameter of a thin lens, in metres [default: a pinhole]
+    ///
+    /// What is nearer or farther than --focus blurs.
+    #[arg(long, value_name = "METRES", value_parser = value::positive, help_heading = heading::CAMERA)]
     pub(crate) aperture: Option<f32>,
 
-    /// Distance of what is sharp, metres [default: --target, or the middle of the model]
-    #[arg(long, value_name = "METRES", value_parser = value::positive, requires = "aperture")]
+    /// Focus distance, in metres [default: --target, or the middle of the scene]
+    #[arg(
+        long,
+        value_name = "METRES",
+        value_parser = value::positive,
+        requires = "aperture",
+        help_heading = heading::CAMERA
+    )]
     pub(crate) focus: Option<f32>,
 
-    /// Whether the file's camera shows only what lies between its near and far planes; what it does
-    /// not show still casts shadows and is reflected
-    #[arg(long, value_enum, default_value_t = Clip::On)]
+    /// Clip camera rays at the near and far planes of the scene's camera
+    ///
+    /// What is clipped still casts shadows and is seen in reflections.
+    #[arg(long, value_enum, default_value_t = Clip::On, help_heading = heading::CAMERA)]
     pub(crate) clip: Clip,
 }
 
 /// Whether camera rays end at the camera's clipping planes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Clip {
-    /// They begin at znear and end at zfar
+    /// Camera rays begin at znear and end at zfar
     #[default]
     On,
-    /// They begin at the camera and have no end
+    /// Camera rays begin at the camera and have no end
     Off,
 }
 
 /// Light from far away.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Environment")]
 pub(crate) struct LightArgs {
-    /// Equirectangular map, .hdr or .exr [default: none; a uniform white sky when nothing else gives light]
+    /// Environment map, .hdr or .exr, equirectangular
+    ///
+    /// A scene with no light of any kind gets a uniform white sky.
     #[arg(long, value_name = "FILE")]
     pub(crate) env: Option<PathBuf>,
 
-    /// Turn the map about the vertical axis, degrees, counter-clockwise seen from above
+    /// Rotate the map about the vertical axis, in degrees
+    ///
+    /// Counter-clockwise, seen from above.
     #[arg(
         long,
         value_name = "DEG",
         value_parser = value::finite,
         requires = "env",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        help_heading = heading::ENVIRONMENT
     )]
     pub(crate) env_rotate: Option<f32>,
 
-    /// Factor on the map's radiance
-    #[arg(long, value_name = "X", value_parser = value::positive, requires = "env")]
+    /// Scale the radiance of the map
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = value::positive,
+        requires = "env",
+        help_heading = heading::ENVIRONMENT
+    )]
     pub(crate) env_scale: Option<f32>,
 
-    /// The same radiance from every direction, linear Rec. 709
+    /// Uniform radiance from every direction, linear Rec. 709
     #[arg(
         long,
         value_name = "R,G,B",
         value_parser = value::radiance,
         conflicts_with = "env",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        help_heading = heading::ENVIRONMENT
     )]
     pub(crate) sky: Option<[f32; 3]>,
 }
@@ -214,24 +271,45 @@ pub(crate) struct LightArgs {
 /// What to take out of a file.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct FileArgs {
-    /// Scene of the file, by number [default: the one the file names]
-    #[arg(long = "scene", id = "scene_index", value_name = "N")]
+    /// Scene of the file, by index [default: the file's default scene]
+    #[arg(long = "scene", id = "scene_index", value_name = "N", help_heading = heading::SCENE)]
     pub(crate) scene: Option<usize>,
 
-    /// Material variant, by name or number [default: the file's own materials]
-    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    /// Material variant, by name or index [default: the file's own materials]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, help_heading = heading::SCENE)]
     pub(crate) variant: Option<Selector>,
 
-    /// Animation, by name or number, whose moment --at is shown [default: the file at rest]
-    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    /// Animation, by name or index, posed at --at [default: the scene at rest]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, help_heading = heading::SCENE)]
     pub(crate) animation: Option<Selector>,
 
-    /// Moment of --animation, seconds from its start [default: 0]
-    #[arg(long, value_name = "SECONDS", value_parser = value::finite, requires = "animation", allow_hyphen_values = true)]
+    /// Time within --animation, in seconds [default: 0]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        value_parser = value::finite,
+        requires = "animation",
+        allow_hyphen_values = true,
+        help_heading = heading::SCENE
+    )]
     pub(crate) at: Option<f32>,
 
-    /// Most pixels that an image of the file may have; larger ones are left out with a warning [default: 67108864]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    /// Read textures and buffers from this folder, too; repeatable
+    ///
+    /// By default a URI cannot leave the folder of the scene. Folders below DIR are included;
+    /// symbolic links that lead out of it are not followed.
+    #[arg(long, value_name = "DIR", value_parser = value::folders(), help_heading = heading::SCENE)]
+    pub(crate) allow_outside: Vec<PathBuf>,
+
+    /// Largest texture to load, in pixels [default: 67108864]
+    ///
+    /// A larger one is left out with a warning.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u64).range(1..),
+        help_heading = heading::SCENE
+    )]
     pub(crate) max_image_pixels: Option<u64>,
 }
 
@@ -247,6 +325,7 @@ impl FileArgs {
                 .as_ref()
                 .map(|animation| Moment { animation: animation.0.clone(), seconds: self.at.unwrap_or(0.0).into() }),
             max_image_pixels: self.max_image_pixels.unwrap_or(usual.max_image_pixels),
+            allow_outside: self.allow_outside.clone(),
             ..usual
         }
     }
@@ -255,7 +334,7 @@ impl FileArgs {
 /// `surelight info SCENE`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// The scene, a .glb or .gltf file
+    /// Scene to inspect, a .glb or .gltf file
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
@@ -265,7 +344,7 @@ pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) method: MethodArgs,
 
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -273,7 +352,7 @@ pub(crate) struct InfoArgs {
 /// `surelight devices`.
 #[derive(Debug, Args)]
 pub(crate) struct DevicesArgs {
-    /// One JSON array on standard output
+    /// Print one JSON array
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -281,23 +360,23 @@ pub(crate) struct DevicesArgs {
 /// When pixels share paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SharedPaths {
-    /// Where it pays, by a look at the scene
+    /// Where it pays for the scene, and more than 262,144 paths are planned
     Auto,
-    /// Wherever they can
+    /// Always
     On,
-    /// Never: each pixel's error is its own
+    /// Never: errors of pixels are independent
     Off,
 }
 
-/// Names of the tone maps.
+/// Names of the tone-mapping operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tonemap {
-    /// Khronos PBR Neutral: base colours come out as they are
+    /// Khronos PBR Neutral: preserves base colours
     Neutral,
-    /// AgX: soft, desaturates highlights
+    /// AgX: low contrast, desaturated highlights
     Agx,
-    /// ACES filmic curve: contrasty
+    /// ACES filmic curve: high contrast
     Aces,
-    /// No curve: clipped at 1
+    /// No operator: clipped at 1
     None,
 }

@@ -1,10 +1,13 @@
 //! Values of options: what may be typed, and what is said when it may not.
 
 use std::ffi::OsStr;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
+
+use crate::exposure::Exposure;
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +58,20 @@ pub(crate) fn output_paths() -> impl TypedValueParser<Value = OutputPath> {
 /// Parses `--map OUT.png`, likewise.
 pub(crate) fn png_paths() -> impl TypedValueParser<Value = OutputPath> {
     OsStringValueParser::new().try_map(|text| png_path(&text))
+}
+
+/// Parses the path of a folder that exists, which need not be UTF-8.
+pub(crate) fn folders() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|text| folder(text.into()))
+}
+
+fn folder(path: PathBuf) -> Result<PathBuf, String> {
+    match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => Ok(path),
+        Ok(_) => Err("this is a file, and a folder is needed".into()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Err("the folder does not exist".into()),
+        Err(error) => Err(format!("the folder cannot be read: {}", surelight_film::io_cause(&error))),
+    }
 }
 
 /// What `-o` holds.
@@ -141,6 +158,14 @@ pub(crate) fn selector(text: &str) -> Result<Selector, String> {
     Ok(Selector(text.to_owned()))
 }
 
+/// `--spp N`.
+pub(crate) fn count(text: &str) -> Result<u32, String> {
+    match text.trim().parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err(format!("expected a whole number from 1 to {}", u32::MAX)),
+    }
+}
+
 /// A finite number.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     match text.trim().parse::<f32>() {
@@ -163,6 +188,14 @@ pub(crate) fn percentage(text: &str) -> Result<f64, String> {
         Ok(number) if (0.0..=1000.0).contains(&number) => Ok(number),
         _ => Err("expected percent, for example 5".into()),
     }
+}
+
+/// `--exposure EV|auto`.
+pub(crate) fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    exposure(text).map(Exposure::Stops).map_err(|_| "expected auto, or stops between -64 and 64".into())
 }
 
 /// `--exposure EV`. Beyond ±64 stops every picture is black or white.
@@ -291,6 +324,8 @@ mod tests {
     fn numbers_are_checked() {
         assert_eq!(bounces("unlimited"), Ok(Bounces(None)));
         assert_eq!(bounces("0"), Ok(Bounces(Some(0))));
+        assert_eq!(count("4294967295"), Ok(u32::MAX));
+        assert!(count("0").is_err() && count("-3").is_err() && count("4294967296").is_err());
         assert!(bounces("-1").is_err() && bounces("many").is_err());
         assert_eq!(point("1,-2, 3e1"), Ok([1.0, -2.0, 30.0]));
         assert!(point("1,2").is_err() && point("1,2,nan").is_err() && point("1,2,3,4").is_err());
@@ -300,6 +335,9 @@ mod tests {
         assert!(positive("0").is_err() && positive("inf").is_err() && positive("0.5").is_ok());
         assert!(field_of_view("180").is_err() && field_of_view("0").is_err());
         assert!(exposure("65").is_err() && exposure("-3").is_ok());
+        assert_eq!(exposure_or_auto("auto"), Ok(Exposure::Auto));
+        assert_eq!(exposure_or_auto("+1.5"), Ok(Exposure::Stops(1.5)));
+        assert!(exposure_or_auto("automatic").unwrap_err().contains("auto"));
         assert_eq!(Selector("3".into()).index(), Some(3));
         assert_eq!(Selector("3a".into()).index(), None);
     }

@@ -7,29 +7,51 @@ use surelight_film::Window;
 use surelight_render::Standing;
 
 use crate::error::Error;
+use crate::options::heading;
 use crate::parse::{self as value, Format, OutputPath, Size};
 use crate::stopping::StopArgs;
 
 /// Which part of a render is done, and how it is kept.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Parts")]
 pub(crate) struct PartArgs {
-    /// Render these pixels alone, X1 and Y1 outside; .exr files of one --spp can be merged
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::rectangle)]
+    /// Render this rectangle of pixels; X1 and Y1 are excluded
+    ///
+    /// `surelight merge` joins .exr files of one render.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::rectangle, help_heading = heading::PARTS)]
     pub(crate) crop: Option<[u32; 4]>,
 
-    /// Of the samples that --spp counts, trace those from A up to B, B not included; .exr files can be merged
-    #[arg(long, value_name = "A..B", value_parser = value::samples, requires = "spp", conflicts_with = "error")]
+    /// Render the samples from A to B of --spp; B is excluded
+    ///
+    /// `surelight merge` joins .exr files of one render.
+    #[arg(
+        long,
+        value_name = "A..B",
+        value_parser = value::samples,
+        requires = "spp",
+        conflicts_with = "error",
+        help_heading = heading::PARTS
+    )]
     pub(crate) samples: Option<[u32; 2]>,
 
-    /// Continue an earlier run: from its checkpoint bit for bit, or from the finished .exr of the same name, to which the
-    /// samples that --spp, --time or --error still want are added (same mean, honest error bars; the .exr keeps what it takes)
-    #[arg(long)]
+    /// Continue or extend an earlier run
+    ///
+    /// From its checkpoint, bit for bit; or from the finished .exr of the same name, to which the samples
+    /// that --spp, --time or --error still require are added: same mean, honest error bars. The .exr keeps
+    /// what this takes. Without either, the render begins anew.
+    #[arg(long, help_heading = heading::PARTS)]
     pub(crate) resume: bool,
 
-    /// How often to save a checkpoint beside the first output, as NAME.checkpoint.exr; less often where that would take more
-    /// than 5 % of the time
-    #[arg(long, value_name = "TIME", value_parser = value::duration, default_value = "60s")]
+    /// Interval between checkpoints
+    ///
+    /// Checkpoints are saved as NAME.checkpoint.exr beside the first output; less often where
+    /// saving would take more than 5 % of the time.
+    #[arg(
+        long,
+        value_name = "TIME",
+        value_parser = value::duration,
+        default_value = "60s",
+        help_heading = heading::PARTS
+    )]
     pub(crate) checkpoint: Duration,
 }
 

@@ -76,7 +76,7 @@ impl Progress {
     /// Tells what happens before the first sample.
     pub(crate) fn stage(&self, what: &str, path: &Path) {
         if let Self::Bar(bar) = self {
-            bar.set_message(format!("{what} {}", path.display()));
+            bar.set_message(console::printable(&format!("{what} {}", path.display())).into_owned());
         }
     }
 

@@ -7,12 +7,13 @@ mod report;
 
 use std::time::Instant;
 
-use surelight_film::{Display, Film, Metadata, PixelMoments, ToneMap, Window, write_exr, write_png};
+use surelight_film::{Display, Film, Metadata, PixelMoments, Window, write_exr, write_png, write_png_with_exposure};
 use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
-use crate::error::Error;
+use crate::error::{Error, sentence};
+use crate::exposure::{self, Exposed};
 use crate::method::MethodArgs;
-use crate::options::{RenderArgs, Tonemap};
+use crate::options::RenderArgs;
 use crate::parse::{Format, OutputPath};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary};
@@ -45,6 +46,7 @@ struct Finished<'a> {
     checkpoint: Option<std::path::PathBuf>,
     counts: Counts,
     device_bytes: u64,
+    exposed: Exposed,
     seconds: Seconds,
 }
 
@@ -98,6 +100,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let choice = prepared.choice.clone();
     drop(prepared); // the device has its copy
     seconds.compile = stages.end()?;
+    interrupt::begin();
 
     let shared_paths = renderer.features.shared_paths;
     let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
@@ -140,13 +143,13 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let metadata = |film: &Film, standing: &Standing, counts: &Counts| {
         record.metadata(film, standing, counts, args.parts.is_part(&args.stop))
     };
-    let display = display(args.exposure, args.tonemap);
     let outcome = match traced {
         Ok(outcome) => outcome,
         Err(cause) => {
             // What is in the film is worth keeping, whatever became of the device.
             if standing.next > standing.first {
                 // A second failure adds nothing to the message: what was saved says it.
+                let display = exposure::choose(args.exposure, args.tonemap, &film, &outputs).display;
                 let _ = write(&outputs, &film, &display, &metadata(&film, &standing, &renderer.counts));
                 checkpoint.write(&record, &film, &standing, &renderer.counts);
             }
@@ -159,8 +162,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         seconds.features = stages.lap();
     }
 
-    let metadata = metadata(&film, &standing, &renderer.counts);
-    let mut written = write(&outputs, &film, &display, &metadata);
+    let exposed = exposure::choose(args.exposure, args.tonemap, &film, &outputs);
+    let metadata = Metadata { exposure: exposed.record(), ..metadata(&film, &standing, &renderer.counts) };
+    let mut written = write(&outputs, &film, &exposed.display, &metadata);
     if outcome == Outcome::Done && written.is_ok() {
         checkpoint.remove();
     } else {
@@ -173,7 +177,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.write = stages.lap();
     progress.finish();
     seconds.total = start.elapsed().as_secs_f64();
-    loaded.warnings.extend(checkpoint.failure.take().map(|failure| format!("no checkpoint was saved: {failure}")));
+    loaded
+        .warnings
+        .extend(checkpoint.failure.take().map(|failure| format!("no checkpoint was saved: {}", sentence(&failure))));
     let finished = Finished {
         args,
         outputs: &outputs,
@@ -188,9 +194,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         standing,
         resumed_spp,
         resumed_from: earlier.as_ref().map(checkpoint::Earlier::source),
-        checkpoint: (outcome != Outcome::Done).then(|| checkpoint.path().to_owned()),
+        checkpoint: (outcome != Outcome::Done).then(|| checkpoint.kept()).flatten(),
         counts: renderer.counts,
         device_bytes: renderer.device_bytes,
+        exposed,
         seconds,
     };
     Ok(finished.summary())
@@ -223,24 +230,16 @@ pub(crate) fn check_memory(window: &Window) -> Result<(), Error> {
     reserved.map(drop).ok_or(Error::Memory { width, height, gib })
 }
 
-/// How PNGs show radiance.
-pub(crate) fn display(exposure: f32, tonemap: Tonemap) -> Display {
-    let tonemap = match tonemap {
-        Tonemap::Neutral => ToneMap::Neutral,
-        Tonemap::Agx => ToneMap::Agx,
-        Tonemap::Aces => ToneMap::Aces,
-        Tonemap::None => ToneMap::None,
-    };
-    Display { exposure_ev: exposure.into(), tonemap }
-}
-
 /// Writes all outputs; one that fails does not keep the others from being written.
 pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
     let (mut failed, mut done) = (Vec::new(), Vec::new());
     for OutputPath { path, format } in outputs {
         let written = match format {
             Format::Exr => write_exr(path, film, metadata),
-            Format::Png => write_png(path, film, display),
+            Format::Png => match &metadata.exposure {
+                Some(exposure) => write_png_with_exposure(path, film, display, exposure),
+                None => write_png(path, film, display),
+            },
         };
         match written {
             Ok(()) => {

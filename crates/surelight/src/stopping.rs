@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use surelight_film::{self as film, Precision};
 use surelight_render::Goal;
 
+use crate::options::heading;
 use crate::parse as value;
 
 /// Samples a pixel when nothing says when to stop.
@@ -14,35 +15,46 @@ const DEFAULT_SPP: u32 = 64;
 /// Whichever comes first.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct StopArgs {
-    /// Stop after this many samples a pixel [default: 64, unless --time or --error is given; at most 65536 with --error]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Samples per pixel [default: 64 without --time and --error]
+    ///
+    /// Of --spp, --time and --error, the one that is reached first ends the render. With --error,
+    /// the default is 65536.
+    #[arg(long, value_name = "N", value_parser = value::count)]
     pub(crate) spp: Option<u32>,
 
-    /// Stop after this long, loading included, for example 90s, 1.5m, 2h
+    /// Time limit, loading included, for example 90s, 1.5m or 2h
     #[arg(long, value_name = "TIME", value_parser = value::duration)]
     pub(crate) time: Option<Duration>,
 
-    /// Stop when the error bars are this narrow: nine tenths of the certified pixels have an interval whose half-width is
-    /// within this share of their luminance (of a tenth of the picture's mean, where they are darker), and half of all
-    /// pixels are certified
+    /// Target of the relative error, for example 2%
+    ///
+    /// The render ends when half of all pixels are certified, and the confidence intervals of nine
+    /// tenths of these have a half-width of at most this share of the pixel's luminance. Pixels
+    /// darker than a tenth of the picture's mean count as if they had that luminance.
     #[arg(long, value_name = "E%", value_parser = value::relative_error)]
     pub(crate) error: Option<f64>,
 
-    /// Confidence of the intervals of --error [default: 95%]
-    #[arg(long, value_name = "C%", value_parser = value::confidence, requires = "error")]
+    /// Confidence level of the intervals of --error [default: 95%]
+    #[arg(
+        long,
+        value_name = "C%",
+        value_parser = value::confidence,
+        requires = "error",
+        help_heading = heading::SAMPLING
+    )]
     pub(crate) confidence: Option<f64>,
 
-    /// What makes an interval of a pixel's standard error [default: clt]
-    #[arg(long, value_enum, requires = "error")]
+    /// How an interval follows from the standard error of a pixel [default: clt]
+    #[arg(long, value_enum, requires = "error", help_heading = heading::SAMPLING)]
     pub(crate) bound: Option<Bound>,
 }
 
 /// Names of the bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Bound {
-    /// Student's t: the mean of many samples is about normal (central limit theorem)
+    /// Student's t distribution, by the central limit theorem
     Clt,
-    /// Chebyshev's inequality: makes no use of the distribution, and is more than twice as wide
+    /// Chebyshev's inequality: holds for any distribution, at more than twice the width
     Chebyshev,
 }
 

@@ -5,6 +5,7 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 use surelight_film::{CERTIFIED_SHARE, ErrorSummary, LEAST_SAMPLES};
 
+use crate::exposure::{Automatic, Hint};
 use crate::progress::Significant;
 
 /// The summary of a render; its fields are the keys of `--json`.
@@ -70,6 +71,10 @@ pub(crate) struct Summary {
     pub(crate) truncated_rays: u64,
     /// Options in force that bias the picture, and light that no path finds.
     pub(crate) biased: Vec<String>,
+    /// Exposure of the PNG, where it follows from the picture.
+    pub(crate) exposure: Option<Automatic>,
+    /// What another exposure of the PNG would bring out.
+    pub(crate) exposure_hint: Option<Hint>,
     /// Bytes held on the device; all of them at once.
     pub(crate) peak_device_bytes: u64,
     /// What was not as written, or decided without being asked.
@@ -185,7 +190,7 @@ impl Display for Summary {
     /// First what was made and how good it is, then how.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for line in self.quality().into_iter().chain(self.remarks()).chain(self.work()) {
-            writeln!(f, "{line}")?;
+            writeln!(f, "{}", one_line(&line))?;
         }
         Ok(())
     }
@@ -205,7 +210,7 @@ impl Summary {
             })
             .collect();
         let remarks = (!remarks.is_empty()).then(|| format!("remarks   {}", remarks.join("; ")));
-        lines.chain(remarks).map(|line| line + "\n").collect()
+        lines.chain(remarks).map(|line| one_line(&line) + "\n").collect()
     }
 
     /// What was made, and how good it is: the image, its noise, and the verdicts on its error bars.
@@ -227,6 +232,12 @@ impl Summary {
     /// What limits the picture, and what to do about it.
     fn remarks(&self) -> Vec<String> {
         let mut lines = Vec::new();
+        if let Some(exposure) = &self.exposure {
+            lines.push(format!("picture   {exposure}"));
+        }
+        if let Some(hint) = &self.exposure_hint {
+            lines.push(format!("hint      {hint}"));
+        }
         if !self.biased.is_empty() {
             lines.push(format!("biased    {}", self.biased.join(", ")));
         }
@@ -329,6 +340,11 @@ impl Intervals {
     }
 }
 
+/// The text on one line: names of files may have ends of lines.
+fn one_line(text: &str) -> String {
+    text.replace('\n', "\\n")
+}
+
 /// " of 64", or nothing.
 struct Of(Option<u32>);
 
@@ -407,6 +423,8 @@ mod tests {
             dropped_samples: 3,
             truncated_rays: 0,
             biased: vec!["max-radiance 10".into()],
+            exposure: None,
+            exposure_hint: None,
             peak_device_bytes: 1,
             warnings: vec!["the file has no light".into()],
         }
@@ -444,6 +462,8 @@ mod tests {
         let text = summary().short();
         assert_eq!(text.lines().count(), 4, "{text}");
         assert!(text.ends_with("warning: the file has no light\n"), "{text}");
+        let odd = Summary { outputs: vec!["a\nb.png".into()], ..summary() }.short();
+        assert!(odd.starts_with("image     a\\nb.png (") && odd.lines().count() == 4, "{odd}");
         let plain = Summary { biased: vec![], dropped_samples: 0, checkpoint: None, warnings: vec![], ..summary() };
         assert_eq!(plain.short().lines().count(), 3);
         let few = Summary { intervals: few(), ..plain };

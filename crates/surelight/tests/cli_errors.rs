@@ -65,6 +65,79 @@ fn what_is_not_gltf_is_told() {
     assert_eq!(folder.files(), ["a.glb", "a.gltf", "folder.glb"]);
 }
 
+/// Files of other kinds are named by what they are, scenes and environments.
+#[test]
+fn files_of_the_wrong_kind_are_recognised() {
+    let folder = Folder::new();
+    for (bytes, words) in [
+        (&b""[..], "it is empty"),
+        (b"PK\x03\x04 and more", "ZIP archive: unpack it first"),
+        (b"\x1f\x8b\x08 and more", "gzip"),
+        (b"BLENDER-v300", "export it as glTF 2.0"),
+        (b"Kaydara FBX Binary", "FBX"),
+        (b"version https://git-lfs.github.com/spec/v1", "git lfs pull"),
+        (b"\xff\xfe{\0", "save it as UTF-8"),
+        (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    ] {
+        fs::write(folder.path("a.glb"), bytes).unwrap();
+        folder.run("a.glb").failed_with(&["a.glb", words]);
+    }
+    for (bytes, words) in
+        [(&b""[..], "it is empty"), (b"\x89PNG\r\n\x1a\n", "a PNG image"), (b"\xff\xd8\xff\xe0", "a JPEG image")]
+    {
+        fs::write(folder.path("e.hdr"), bytes).unwrap();
+        folder.run("{box} --env e.hdr").failed_with(&["e.hdr", words]);
+    }
+    fs::write(folder.path("e.exr"), b"\x89PNG\r\n\x1a\n").unwrap();
+    folder.run("compare e.exr e.exr").failed_with(&["e.exr", "it is not an OpenEXR file"]);
+}
+
+/// A device has no end, and reading it would fill the memory.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_are_not_read() {
+    let folder = Folder::new();
+    folder.run("/dev/zero").failed_with(&["/dev/zero", "it is a device"]);
+    folder.run("{box} --env /dev/zero").failed_with(&["/dev/zero", "it is a device"]);
+}
+
+/// Beyond `ulimit -f`, writing fails with a sentence and leaves no half file; by default the system
+/// kills the program.
+#[cfg(unix)]
+#[test]
+fn the_limit_on_file_sizes_is_told() {
+    let folder = Folder::new();
+    let script = "ulimit -f 1 && exec \"$0\" \"$@\"";
+    let program = env!("CARGO_BIN_EXE_surelight");
+    let scene = cornell_box();
+    let output = std::process::Command::new("sh")
+        .args(["-c", script, program, scene.to_str().unwrap(), "--size", "64x64", "--spp", "2", "--quiet"])
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap();
+    common::Ran::from(output).failed_with(&["cornell-box.exr", "limit on file sizes"]);
+    assert!(!folder.files().iter().any(|name| name.ends_with(".part")), "{:?}", folder.files());
+}
+
+/// Names of files may hold escape sequences, which the terminal must not obey.
+#[cfg(unix)]
+#[test]
+fn control_characters_in_names_do_not_reach_the_terminal() {
+    let folder = Folder::new();
+    let name = "a\u{1b}[31mb.glb";
+    for there in [false, true] {
+        if there {
+            fs::copy(cornell_box(), folder.path(name)).unwrap();
+        }
+        let output = folder.command([name, "--size", "8x8", "--spp", "1"]).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        let text = String::from_utf8(text).unwrap();
+        assert_eq!(output.status.success(), there, "{text}");
+        assert!(!text.contains('\u{1b}') && text.contains("a\\u{1b}[31mb"), "{text:?}");
+    }
+    assert!(folder.path("a\u{1b}[31mb.png").is_file());
+}
+
 /// A picture that is gone costs a warning, not the render; a buffer that is gone costs the render.
 #[test]
 fn a_missing_image_is_a_warning_and_a_missing_buffer_an_error() {
@@ -93,6 +166,39 @@ fn outputs_are_checked_before_rendering() {
     fs::create_dir(folder.path("b.exr")).unwrap();
     folder.run(&format!("{forever} -o b.exr")).failed_with(&["b.exr", "folder"]);
     assert_eq!(folder.files(), ["b.exr"]);
+}
+
+/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every command.
+#[test]
+fn textures_outside_the_scenes_folder_need_permission() {
+    let folder = Folder::new();
+    for name in ["scenes", "textures"] {
+        fs::create_dir(folder.path(name)).unwrap();
+    }
+    fs::write(folder.path("scenes/a.gltf"), gltf_with_image("../textures/a.png")).unwrap();
+    fs::write(folder.path("scenes/triangle.bin"), triangle()).unwrap();
+    image::RgbImage::from_pixel(1, 1, image::Rgb([1, 2, 3])).save(folder.path("textures/a.png")).unwrap();
+    let before = fs::read(folder.path("textures/a.png")).unwrap();
+
+    for command in ["info scenes/a.gltf", "scenes/a.gltf --size 8x8 --spp 1 -o a.png"] {
+        let refused = folder.run(command).succeeded().stdout;
+        assert!(refused.contains("../textures/a.png") && refused.contains("--allow-outside DIR"), "{refused}");
+        let read = folder.run(&format!("{command} --allow-outside scenes --allow-outside textures")).succeeded();
+        assert!(!read.stdout.contains("a.png,") && !read.stdout.contains("allow-outside"), "{read:#?}");
+    }
+    let look = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
+    let measured = folder.run(&format!("measure scenes/a.gltf {look}")).succeeded().stdout;
+    assert!(!measured.contains("allow-outside"), "{measured}");
+
+    let over = "scenes/a.gltf --size 8x8 --spp 1 -o textures/a.png --allow-outside textures";
+    folder.run(over).failed_with(&["textures/a.png", "reads it"]);
+    assert_eq!(fs::read(folder.path("textures/a.png")).unwrap(), before);
+
+    for (wrong, words) in [("gone", "the folder does not exist"), ("a.png", "this is a file")] {
+        let ran = folder.run(&format!("scenes/a.gltf --allow-outside {wrong}"));
+        assert_eq!(ran.code, Some(2), "{ran:#?}");
+        assert!(ran.stderr.contains(words) && ran.stderr.contains(wrong), "{ran:#?}");
+    }
 }
 
 /// A texture is known by its file, however its URI spells that: plain, percent-encoded, or long.

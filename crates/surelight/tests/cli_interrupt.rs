@@ -65,3 +65,28 @@ fn a_second_interrupt_ends_at_once() {
     let code = child.wait().unwrap().code();
     assert!(matches!(code, Some(130 | 3)), "{code:?}");
 }
+
+/// Before there is anything to write, the first one ends the program, even where reading waits for
+/// ever.
+#[test]
+fn an_interrupt_while_loading_ends_at_once() {
+    let folder = Folder::new();
+    assert!(Command::new("mkfifo").arg(folder.path("pipe.glb")).status().unwrap().success());
+    let mut child =
+        folder.command(["pipe.glb", "-o", "a.png"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    interrupt(&child);
+    let start = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+        if start.elapsed() > Duration::from_secs(10) {
+            child.kill().unwrap();
+            panic!("it does not end");
+        }
+    }
+    let output = child.wait_with_output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("error: interrupted before the first sample was done; nothing was written"), "{text}");
+    assert_eq!(folder.files(), ["pipe.glb"]);
+}

@@ -216,6 +216,6 @@ fn wrong_usage_is_told() {
     ] {
         assert_eq!(ran(&folder, options).code, Some(2), "{options}");
     }
-    ran(&folder, "--irradiance 0,0,0 --normal 0,0,0").failed_with(&["--normal", "no length"]);
+    ran(&folder, "--irradiance 0,0,0 --normal 0,0,0").failed_with(&["--normal", "needs a direction"]);
     assert_eq!(folder.files(), ["scene.glb"]);
 }

@@ -76,7 +76,7 @@ fn merge_tells_what_is_missing_and_refuses_what_does_not_belong() {
     folder.run("merge a.exr b.exr -o b.exr").failed_with(&["b.exr", "reads it"]);
     let whole = fs::read(folder.path("b.exr")).unwrap();
     fs::write(folder.path("cut.exr"), &whole[..whole.len() - 100]).unwrap();
-    folder.run("merge a.exr cut.exr -o x.exr").failed_with(&["cut.exr", "no intact EXR"]);
+    folder.run("merge a.exr cut.exr -o x.exr").failed_with(&["cut.exr", "cut short"]);
     fs::remove_file(folder.path("cut.exr")).unwrap();
     assert_eq!(folder.files(), files);
 }
@@ -261,7 +261,7 @@ fn interrupted_renders_go_on_and_refuse_what_differs() {
     }
     for length in [0, 100, kept.len() / 2, kept.len() - 1] {
         fs::write(folder.path("a.checkpoint.exr"), &kept[..length]).unwrap();
-        folder.run(&format!("{{box}} {options} --resume")).failed_with(&["a.checkpoint.exr", "no intact EXR"]);
+        folder.run(&format!("{{box}} {options} --resume")).failed_with(&["a.checkpoint.exr", "cut short"]);
     }
     fs::write(folder.path("a.checkpoint.exr"), &kept).unwrap();
 

@@ -204,3 +204,58 @@ fn clipping_planes_are_followed_and_can_be_put_off() {
     assert!(!told && shown);
     assert_eq!(metadata.settings["clip"], "off");
 }
+
+/// The exposure that `auto` chooses is in the summary and in both files, and typed as a number it
+/// gives the same picture.
+#[test]
+fn automatic_exposure_is_recorded() {
+    let folder = Folder::new();
+    let line = "{box} --size 24x24 --spp 4";
+    let summary = folder.run(&format!("{line} --exposure auto --json -o auto.png -o auto.exr")).succeeded();
+    let summary: Value = serde_json::from_str(&summary.stdout).unwrap();
+    let ev = summary["exposure"]["ev"].as_f64().unwrap();
+    assert_eq!(summary["exposure"]["automatic"], true);
+    assert!(ev.abs() < 5.0 && ev != 0.0, "{summary}");
+    let log_average = summary["exposure"]["log_average_luminance"].as_f64().unwrap();
+    assert!((log_average * ev.exp2() / 0.18 - 1.0).abs() < 0.01, "{summary}");
+
+    let typed = folder.run(&format!("{line} --exposure {ev} -o typed.png -o typed.exr")).succeeded().stdout;
+    assert!(!typed.contains("EV"), "{typed}");
+    let pixels = |name| image::open(folder.path(name)).unwrap();
+    assert_eq!(pixels("auto.png"), pixels("typed.png"));
+    let png = std::fs::read(folder.path("auto.png")).unwrap();
+    let text = format!("surelight\0{{\"exposure\":{{\"ev\":{ev:?},\"automatic\":true}}}}");
+    assert!(png.windows(text.len()).any(|window| window == text.as_bytes()), "{text}");
+
+    let recorded = |name| read_exr(&folder.path(name)).unwrap().surelight_metadata().unwrap().exposure;
+    let exposure = recorded("auto.exr").unwrap();
+    assert_eq!((exposure.ev, exposure.automatic), (ev, true));
+    assert_eq!(recorded("typed.exr"), None);
+    let text = folder.run(&format!("{line} --exposure auto -o auto.png")).succeeded().stdout;
+    assert!(text.contains(&format!("exposure {ev:+.1} EV (auto: log-average luminance ")), "{text}");
+}
+
+/// A picture that its PNG does not show says so, with what to try; not where the exposure was
+/// chosen or there is no PNG.
+#[test]
+fn a_picture_too_dark_or_bright_comes_with_a_hint() {
+    let folder = Folder::new();
+    for (radiance, loss, try_ev) in [(1.0 / 8192.0, "black", 11), (64.0, "clipped", -8)] {
+        let line =
+            format!("{{box}} --eye 0,0,99 --target 0,0,999 --size 8x8 --spp 2 --sky {radiance},{radiance},{radiance}");
+        let hint = |options: &str| -> Value {
+            let summary = folder.run(&format!("{line} --json {options}")).succeeded().stdout;
+            serde_json::from_str::<Value>(&summary).unwrap()["exposure_hint"].clone()
+        };
+        let found = hint("-o a.png");
+        assert_eq!(
+            (&found["loss"], &found["share"], &found["try_ev"]),
+            (&loss.into(), &1.0.into(), &f64::from(try_ev).into())
+        );
+        for none in ["-o a.exr", "-o a.png --exposure 0", "-o a.png --exposure auto"] {
+            assert_eq!(hint(none), Value::Null, "{radiance} {none}");
+        }
+        let text = folder.run(&format!("{line} -o a.png")).succeeded().stdout;
+        assert!(text.contains(&format!("try --exposure auto or --exposure {try_ev:+}")), "{text}");
+    }
+}

@@ -43,6 +43,42 @@ fn help_names_every_command_and_exit_code() {
     assert_eq!(version.stdout, concat!("surelight ", env!("CARGO_PKG_VERSION"), "\n"));
 }
 
+/// `-h` fits a screen: a line for each option that most people need, and the names of all others.
+#[test]
+fn the_short_help_is_one_screen_and_names_every_option() {
+    let short = Folder::new().run("-h").succeeded().stdout;
+    assert!(short.lines().count() <= 48, "{short}");
+    assert!(short.lines().all(|line| line.chars().count() <= 100), "{short}");
+    let first = "--output --size --spp --time --error --integrator --env --camera --exposure --quiet --help --version";
+    let explained = short.lines().skip_while(|line| *line != "Options:").skip(1).take_while(|line| !line.is_empty());
+    let explained: Vec<_> = explained.collect();
+    for (line, option) in explained.iter().zip(first.split(' ')) {
+        assert!(line.contains(option), "{line:?} lacks {option}");
+    }
+    assert_eq!(explained.len(), first.split(' ').count(), "{short}");
+
+    let long = Folder::new().run("--help").succeeded().stdout;
+    let options: Vec<_> =
+        long.lines().filter_map(|line| line.trim_start_matches(" -oqhV,").trim().strip_prefix("--")).collect();
+    assert!(options.len() > 30, "{long}");
+    for option in options {
+        let name = option.split([' ', '=']).next().unwrap();
+        assert!(short.contains(&format!("--{name}")), "--{name} is missing in\n{short}");
+    }
+    for heading in ["Sampling:", "Camera:", "Environment:", "Scene:", "Picture:", "Parts and resuming:"] {
+        assert!(long.lines().any(|line| line == heading), "{heading} is missing in\n{long}");
+    }
+}
+
+#[test]
+fn every_command_has_a_short_help() {
+    for command in ["render", "info", "measure", "integrate", "compare", "bench", "merge", "devices"] {
+        let short = Folder::new().run(&format!("{command} -h")).succeeded().stdout;
+        let long = Folder::new().run(&format!("{command} --help")).succeeded().stdout;
+        assert!(short.contains("Usage: ") && short.lines().count() <= long.lines().count(), "{command}: {short}");
+    }
+}
+
 #[test]
 fn devices_lists_what_render_can_use() {
     let text = Folder::new().run("devices").succeeded().stdout;

@@ -40,7 +40,8 @@ deep rooms); the **area form** where lights are small and surfaces rough; **both
 /// Where a file cannot be written.
 pub fn write(map: &Map, folder: &Path) -> Result<(), BenchError> {
     let pictures = folder.join("images/failure-map");
-    std::fs::create_dir_all(&pictures).map_err(|e| BenchError::file(&pictures, format!("cannot be made: {e}")))?;
+    std::fs::create_dir_all(&pictures)
+        .map_err(|e| BenchError::file(&pictures, format!("cannot be made: {}", surelight_film::io_cause(&e))))?;
     let svg = chart::draw(map);
     write_file(&pictures.join("map.svg"), svg.as_bytes())?;
     write_file(&pictures.join("map.png"), &crate::chart::png("map", &svg)?)?;

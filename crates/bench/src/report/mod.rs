@@ -29,7 +29,8 @@ pub fn write_data(folder: &Path, data: &Data) -> Result<(), BenchError> {
 
 /// Reads `data.json`.
 pub fn read_data(path: &Path) -> Result<Data, BenchError> {
-    let text = std::fs::read_to_string(path).map_err(|e| BenchError::file(path, format!("cannot be read: {e}")))?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| BenchError::file(path, format!("cannot be read: {}", surelight_film::io_cause(&e))))?;
     let wrong = |cause: String| BenchError::file(path, cause);
     let any: serde_json::Value = serde_json::from_str(&text).map_err(|e| wrong(format!("is not JSON: {e}")))?;
     let schema = any.get("schema").and_then(serde_json::Value::as_u64);
@@ -65,7 +66,8 @@ pub fn write_report(folder: &Path, data: &Data, peers: &[Peer]) -> Result<(), Be
     for scene in &data.scenes {
         let charts = charts(scene, peers)?;
         let place = folder.join(&scene.name);
-        std::fs::create_dir_all(&place).map_err(|e| BenchError::file(&place, format!("cannot be made: {e}")))?;
+        std::fs::create_dir_all(&place)
+            .map_err(|e| BenchError::file(&place, format!("cannot be made: {}", surelight_film::io_cause(&e))))?;
         for chart in &charts {
             write_file(&place.join(format!("{}.svg", chart.name)), chart.wide.as_bytes())?;
             write_file(&place.join(format!("{}.png", chart.name)), &png(chart.name, &chart.wide)?)?;

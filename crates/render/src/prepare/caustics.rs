@@ -75,7 +75,7 @@ impl Caustics {
         }
         let total: f64 = powers.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
-            return Err("there is no light that particles could be sent from");
+            return Err("the scene has no light to trace from");
         }
         let slots = alias_table(&powers);
         let entry = |i: usize| LightEntry {

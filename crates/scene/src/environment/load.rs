@@ -5,6 +5,7 @@ use std::path::Path;
 use super::{openexr, radiance};
 use crate::EnvironmentMap;
 use crate::import::{LoadError, read_file};
+use crate::kind::kind_of;
 
 /// Texels that one map may have: 16 k × 8 k.
 const MOST_TEXELS: u64 = 128 << 20;
@@ -37,12 +38,15 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, LoadError> {
 pub fn load_environment_with_warnings(path: &Path) -> Result<(EnvironmentMap, Vec<String>), LoadError> {
     let bytes = read_file(path, MOST_BYTES)?;
     let mut warnings = Vec::new();
-    let decoded = if bytes.starts_with(b"#?") {
+    let decoded = if bytes.is_empty() {
+        Err("it is empty".into())
+    } else if bytes.starts_with(b"#?") {
         radiance::decode(&bytes)
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         openexr::decode(&bytes, &mut warnings)
     } else {
-        Err("it is neither Radiance HDR nor OpenEXR".into())
+        let kind = kind_of(&bytes).map_or_else(String::new, |kind| format!(" but {kind}"));
+        Err(format!("it is neither Radiance HDR nor OpenEXR{kind}"))
     };
     let mut map = decoded.map_err(|cause| LoadError::Environment { path: path.to_path_buf(), cause })?;
     for warning in &mut warnings {

@@ -1,19 +1,19 @@
 //! Buffers and buffer views: bytes, checked against their stated lengths.
 
-use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
-use super::{meshopt, uri};
+use super::meshopt;
+use super::uri::{self, Folders};
 use crate::LoadOptions;
 
 /// The file's buffers, read when first asked for: an unused one may be missing.
 #[derive(Debug)]
 pub(crate) struct Buffers<'a> {
     document: &'a Document,
-    folder: &'a Path,
+    folders: &'a Folders<'a>,
     bin: Option<&'a [u8]>,
     limit: u64,
     loaded: Vec<OnceLock<Result<Vec<u8>>>>,
@@ -33,18 +33,23 @@ pub(crate) struct View<'a> {
 
 impl<'a> Buffers<'a> {
     /// `bin` is the binary chunk of a .glb; the options bound each buffer's bytes, and those of all decoded views.
-    pub(crate) fn new(document: &'a Document, folder: &'a Path, bin: Option<&'a [u8]>, options: &LoadOptions) -> Self {
+    pub(crate) fn new(
+        document: &'a Document,
+        folders: &'a Folders<'a>,
+        bin: Option<&'a [u8]>,
+        options: &LoadOptions,
+    ) -> Self {
         let loaded = document.buffers.iter().map(|_| OnceLock::new()).collect();
         let decoded = document.buffer_views.iter().map(|_| OnceLock::new()).collect();
         let decodable = AtomicU64::new(options.max_geometry_bytes);
-        Self { document, folder, bin, limit: options.max_buffer_bytes, loaded, decoded, decodable }
+        Self { document, folders, bin, limit: options.max_buffer_bytes, loaded, decoded, decodable }
     }
 
     /// Bytes of all buffers that are there: a measure of how large the asset is.
     pub(crate) fn bytes(&self) -> u64 {
         let sizes = self.document.buffers.iter().map(|buffer| {
             let there = match (&buffer.uri, self.bin) {
-                (Some(uri), _) => uri::size(uri, self.folder),
+                (Some(uri), _) => uri::size(uri, self.folders),
                 (None, Some(bin)) => bin.len() as u64,
                 (None, None) => 0,
             };
@@ -60,7 +65,7 @@ impl<'a> Buffers<'a> {
         let bytes: &[u8] = match (&stated.uri, self.bin) {
             (Some(uri), _) => {
                 let slot = &self.loaded[index.index()];
-                slot.get_or_init(|| uri::read(uri, self.folder, self.limit, &place)).as_ref().map_err(Fault::clone)?
+                slot.get_or_init(|| uri::read(uri, self.folders, self.limit, &place)).as_ref().map_err(Fault::clone)?
             }
             (None, Some(bin)) if index.0 == 0 => bin,
             (None, _) => return Err(Fault::invalid(place, "has no URI, and the file has no binary chunk for it")),

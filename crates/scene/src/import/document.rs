@@ -15,6 +15,7 @@ use serde_json::Value;
 use serde_json::value::RawValue;
 
 use super::error::{Fault, Result};
+use super::json;
 
 /// The JSON object `extensions`, by name: each kept as text until a reader that knows it asks. (As a tree of values, a
 /// million nodes with a light each would take gigabytes.)
@@ -39,15 +40,16 @@ impl Extensions {
     ///
     /// # Errors
     /// When it has it, and it is not of that type.
-    pub(crate) fn parse<T: DeserializeOwned>(&self, name: &str) -> Option<std::result::Result<T, serde_json::Error>> {
+    pub(crate) fn parse<T: DeserializeOwned>(&self, name: &str) -> Option<std::result::Result<T, String>> {
         let (_, raw) = self.0.iter().find(|(n, _)| &**n == name)?;
         Some(parse_raw(raw))
     }
 }
 
 /// Text of JSON as a type. By way of a tree, since a line and a column inside the fragment would lead nowhere.
-pub(crate) fn parse_raw<T: DeserializeOwned>(raw: &RawValue) -> std::result::Result<T, serde_json::Error> {
-    serde_json::from_str::<Value>(raw.get()).and_then(T::deserialize)
+pub(crate) fn parse_raw<T: DeserializeOwned>(raw: &RawValue) -> std::result::Result<T, String> {
+    let value: Value = serde_json::from_str(raw.get()).map_err(|e| format!("it {}", json::fault(&e)))?;
+    json::read(&value)
 }
 
 impl<'de> Deserialize<'de> for Extensions {
@@ -378,7 +380,7 @@ pub(crate) fn parse(text: &str) -> Result<Document> {
         match serde_path_to_error::deserialize::<_, Document>(&mut reader) {
             // The path of a mere syntax error says no more than its line and column.
             Err(e) if e.path().iter().next().is_some() && !e.inner().is_syntax() && !e.inner().is_eof() => {
-                Fault::Format(format!("{} in its JSON: {}", e.path(), e.inner()))
+                Fault::Format(format!("{} in its JSON {}", e.path(), json::fault(e.inner())))
             }
             _ => Fault::Format(format!("its JSON cannot be parsed: {quick}")),
         }

@@ -59,8 +59,10 @@ pub(crate) fn decode(
         Ok(Err(e)) if e.kind() == ErrorKind::LimitExceeded => {
             Err(broken(format!("its stream has more than {points} vertices or {faces} triangles, or too many values")))
         }
-        Ok(Err(e)) => Err(broken(format!("its stream cannot be decoded ({e})"))),
-        Err(_) => Err(broken("its stream is damaged".into())),
+        Ok(Err(e)) if e.kind() == ErrorKind::UnsupportedFeature => {
+            Err(broken("its stream uses features of Draco that are not supported".into()))
+        }
+        Ok(Err(_)) | Err(_) => Err(broken("its stream is damaged or cut short".into())),
     }
 }
 

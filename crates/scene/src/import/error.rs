@@ -63,6 +63,19 @@ pub enum LoadError {
     },
 }
 
+/// What an input/output error means to a user, in words of the path it happened at.
+pub(crate) fn io_cause(error: &std::io::Error) -> String {
+    use std::io::ErrorKind as Kind;
+    match error.kind() {
+        Kind::NotFound => "it does not exist".into(),
+        Kind::PermissionDenied => "permission is denied".into(),
+        Kind::IsADirectory => "it is a folder".into(),
+        Kind::NotADirectory => "a part of the path is not a folder".into(),
+        Kind::InvalidFilename => "its name is too long for the file system".into(),
+        kind => kind.to_string(),
+    }
+}
+
 /// A [`LoadError`] before the path of the scene file is known.
 #[derive(Clone, Debug)]
 pub(crate) enum Fault {

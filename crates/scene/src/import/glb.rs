@@ -6,6 +6,7 @@ use gltf::binary::Glb;
 
 use super::error::{Fault, Result};
 use super::warnings::Warnings;
+use crate::kind::kind_of;
 
 /// `glTF` in ASCII.
 pub(crate) const MAGIC: &[u8; 4] = b"glTF";
@@ -21,14 +22,14 @@ pub(crate) struct Container<'a> {
 
 /// Splits a file, whatever its name ends with: a .glb by its magic, else JSON.
 pub(crate) fn split<'a>(file: &'a [u8], warnings: &mut Warnings) -> Result<Container<'a>> {
-    if file.is_empty() {
-        return Err(Fault::Format("it is empty".into()));
-    }
     if !file.starts_with(MAGIC) {
         let first = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file).iter().find(|b| !b.is_ascii_whitespace());
         return match first {
             Some(b'{') => Ok(Container { json: file, bin: None }),
-            _ => Err(Fault::Format("it begins neither with the letters glTF nor with a JSON object".into())),
+            _ => Err(Fault::Format(match kind_of(file) {
+                Some(kind) => format!("it is {kind}"),
+                None => "it begins neither with the letters glTF nor with a JSON object".into(),
+            })),
         };
     }
     let version = word(file, 4)?;

@@ -45,8 +45,7 @@ struct LightJson {
 pub(crate) fn read(sources: Sources, wanted: Option<usize>, warnings: &mut Warnings) -> Option<Environment> {
     let scene = nodes::chosen(sources.document, wanted)?;
     let reference = sources.document.scenes.get(scene)?.extensions.parse::<SceneLight>(NAME)?;
-    let light =
-        reference.map_err(|e| e.to_string()).and_then(|scene| definition(sources.document, scene.light.index()));
+    let light = reference.and_then(|scene| definition(sources.document, scene.light.index()));
     match light.and_then(|light| environment(sources, &light, warnings)) {
         Ok(environment) => Some(environment),
         Err(cause) => {
@@ -57,8 +56,7 @@ pub(crate) fn read(sources: Sources, wanted: Option<usize>, warnings: &mut Warni
 }
 
 fn definition(document: &Document, index: usize) -> Result<LightJson, String> {
-    let lights =
-        document.extensions.parse::<Lights>(NAME).ok_or("the file defines none")?.map_err(|e| e.to_string())?;
+    let lights = document.extensions.parse::<Lights>(NAME).ok_or("the file defines none")??;
     let count = lights.lights.len();
     let json = lights.lights.get(index).ok_or(format!("it names light {index}, and there are {count}"))?;
     LightJson::deserialize(json).map_err(|e| format!("light {index}: {e}"))

@@ -2,17 +2,17 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
-use std::path::Path;
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{ImageError, ImageFormat, ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::basis;
 use super::buffers::Buffers;
 use super::document::{Document, Int, get};
 use super::error::{Fault, Result};
-use super::uri;
+use super::uri::{self, Folders};
 use super::warnings::Warnings;
+use crate::kind::kind_of;
 use crate::{Image, LoadOptions};
 
 /// All images together may have this many times the pixels of the largest one.
@@ -23,7 +23,7 @@ const TOTAL_FACTOR: u64 = 16;
 pub(crate) struct Sources<'a> {
     pub(crate) document: &'a Document,
     pub(crate) buffers: &'a Buffers<'a>,
-    pub(crate) folder: &'a Path,
+    pub(crate) folders: &'a Folders<'a>,
     pub(crate) options: &'a LoadOptions,
 }
 
@@ -164,14 +164,30 @@ impl Encoded<'_> {
     }
 }
 
+/// Why an image cannot be decoded, without the words of its decoder.
+fn undecodable(format: ImageFormat, error: &ImageError) -> String {
+    let name = match format {
+        ImageFormat::Png => "PNG",
+        ImageFormat::Jpeg => "JPEG",
+        _ => "WebP",
+    };
+    let cause = match error {
+        ImageError::Unsupported(_) => "of a kind that is not supported",
+        ImageError::Limits(_) => "too large to decode",
+        ImageError::IoError(_) => "cut short",
+        _ => "damaged or cut short",
+    };
+    format!("cannot be decoded: the {name} is {cause}")
+}
+
 impl<'a> Sources<'a> {
     fn open(&self, index: usize) -> Result<Encoded<'a>> {
         let place = format!("image {index}");
         let json = get(&self.document.images, Int(index as u64), "image", "a texture")?;
         let (bytes, name): (std::borrow::Cow<[u8]>, _) = match (&json.uri, json.buffer_view) {
             (Some(uri), _) => {
-                let bytes = uri::read(uri, self.folder, self.options.max_buffer_bytes, &place)?;
-                (bytes.into(), uri::file_name(uri, self.folder).unwrap_or_else(|| place.clone()))
+                let bytes = uri::read(uri, self.folders, self.options.max_buffer_bytes, &place)?;
+                (bytes.into(), uri::file_name(uri, self.folders).unwrap_or_else(|| place.clone()))
             }
             (None, Some(view)) => (self.buffers.view(view, &place)?.bytes.into(), place.clone()),
             (None, None) => return Err(Fault::invalid(place, "has neither a URI nor a bufferView")),
@@ -185,11 +201,14 @@ impl<'a> Sources<'a> {
         } else {
             let format = match image::guess_format(&bytes) {
                 Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
-                _ => return Err(Fault::invalid(place, "is neither PNG, JPEG, WebP nor KTX2")),
+                _ => {
+                    let kind = kind_of(&bytes).map_or_else(String::new, |kind| format!(" but {kind}"));
+                    return Err(Fault::invalid(place, format!("is neither PNG, JPEG, WebP nor KTX2{kind}")));
+                }
             };
             let size = ImageReader::with_format(Cursor::new(&bytes), format)
                 .into_dimensions()
-                .map_err(|e| Fault::invalid(&place, format!("cannot be decoded ({e})")))?;
+                .map_err(|e| Fault::invalid(&place, undecodable(format, &e)))?;
             (Format::Common(format), size)
         };
         let encoded = Encoded { index, name, bytes, format, size };
@@ -218,7 +237,7 @@ impl<'a> Sources<'a> {
         limits.max_alloc = Some(encoded.pixels().saturating_mul(16) + (16 << 20));
         let mut reader = ImageReader::with_format(Cursor::new(&encoded.bytes), format);
         reader.limits(limits);
-        let image = reader.decode().map_err(|e| Fault::invalid(place(), format!("cannot be decoded ({e})")))?;
+        let image = reader.decode().map_err(|e| Fault::invalid(place(), undecodable(format, &e)))?;
         let rgba = image.into_rgba8();
         Ok(Image { name: encoded.name.clone(), width: rgba.width(), height: rgba.height(), rgba: rgba.into_raw() })
     }

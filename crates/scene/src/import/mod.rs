@@ -20,6 +20,7 @@ mod glb;
 mod image_based_light;
 mod images;
 mod instancing;
+mod json;
 mod lights;
 mod material_draft;
 mod material_extensions;
@@ -41,7 +42,7 @@ mod uri;
 mod variants;
 mod warnings;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use self::accessor::Accessors;
 use self::animation::Motion;
@@ -50,6 +51,7 @@ use self::document::Document;
 pub use self::error::LoadError;
 use self::error::{Fault, Result};
 use self::images::Sources;
+use self::uri::Folders;
 use self::warnings::Warnings;
 use crate::Scene;
 
@@ -62,6 +64,9 @@ pub struct LoadOptions {
     pub variant: Option<String>,
     /// The moment of an animation to show; `None` shows the file at rest.
     pub animation: Option<Moment>,
+    /// Folders outside the scene's own that buffers and images may lie in, at any depth; a URI that leads elsewhere, be it
+    /// by a link, is refused. Folders that do not exist hold nothing.
+    pub allow_outside: Vec<PathBuf>,
     /// Most pixels of one image; a larger one is left out with a warning. All images together may have 16 times as many.
     pub max_image_pixels: u64,
     /// Most bytes of the scene file, and of each file or data URI that it refers to.
@@ -88,6 +93,7 @@ impl Default for LoadOptions {
             scene: None,
             variant: None,
             animation: None,
+            allow_outside: Vec::new(),
             max_image_pixels: 64 << 20,
             max_buffer_bytes: 16 << 30,
             max_geometry_bytes: 1 << 30,
@@ -129,7 +135,8 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
 
     // A bare file name has an empty parent, which no file system knows.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let buffers = Buffers::new(&document, folder, container.bin, options);
+    let folders = Folders::new(folder, &options.allow_outside);
+    let buffers = Buffers::new(&document, &folders, container.bin, options);
     let quantized = extensions.iter().any(|e| e.name == "KHR_mesh_quantization");
     let accessors = Accessors { document: &document, buffers: &buffers, quantized };
 
@@ -143,7 +150,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     };
     let document = moved.as_ref().unwrap_or(&document);
     let accessors = Accessors { document, ..accessors };
-    let sources = Sources { document, buffers: &buffers, folder, options };
+    let sources = Sources { document, buffers: &buffers, folders: &folders, options };
     let placed = nodes::place(document, options.scene, &poses, &mut warnings)?;
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),

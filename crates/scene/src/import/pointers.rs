@@ -226,7 +226,7 @@ enum Edited {
 
 impl Edited {
     fn set(&mut self, path: &[String], value: Value) -> std::result::Result<(), String> {
-        let unreadable = |e: serde_json::Error| format!("what is there cannot be read ({e})");
+        let unreadable = |e: serde_json::Error| format!("what is there {}", super::json::fault(&e));
         if let Self::Text(text) = self {
             *self = if text.starts_with('[') {
                 let elements: Vec<&RawValue> = serde_json::from_str(text).map_err(unreadable)?;

@@ -209,6 +209,79 @@ fn links_do_not_leave_the_folder_either() {
     assert!(message.contains("link that leaves"), "{message}");
 }
 
+/// A scene in `project/scenes` whose buffer lies in `project/buffers`, and what loads it with `allowed` folders.
+fn load_outside(uri: &str, allowed: &[&str]) -> Result<surelight_scene::Scene, LoadError> {
+    let project = tempfile::tempdir().expect("folder");
+    for folder in ["scenes", "buffers/deep", "other"] {
+        fs::create_dir_all(project.path().join(folder)).expect("folder");
+    }
+    let uri = uri.replace("{project}", &project.path().to_string_lossy());
+    let gltf = with_uri(&uri);
+    for file in ["buffers/a.bin", "buffers/deep/a.bin", "other/a.bin"] {
+        fs::write(project.path().join(file), &gltf.bin).expect("buffer");
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::symlink;
+        symlink("../other/a.bin", project.path().join("buffers/out.bin")).expect("link");
+        symlink("../buffers/a.bin", project.path().join("scenes/in.bin")).expect("link");
+    }
+    fs::write(project.path().join("scenes/scene.gltf"), text(&gltf)).expect("scene");
+    let allow_outside = allowed.iter().map(|folder| project.path().join(folder)).collect();
+    load(&project.path().join("scenes/scene.gltf"), &LoadOptions { allow_outside, ..LoadOptions::default() })
+}
+
+#[test]
+fn allowed_folders_outside_the_scenes_own_are_read() {
+    for uri in [
+        "../buffers/a.bin",
+        "..\\buffers\\a.bin",
+        "../buffers/deep/a.bin?v=2",
+        "gone/../../buffers/deep/../a.bin",
+        #[cfg(unix)]
+        "{project}/buffers/a.bin",
+        #[cfg(unix)]
+        "in.bin",
+    ] {
+        let message = load_outside(uri, &[]).expect_err("refused").to_string();
+        assert!(message.contains("buffer 0") && message.contains("--allow-outside DIR"), "{uri}: {message}");
+        for allowed in [&["buffers"][..], &["other", "buffers"], &["."], &["gone", "scenes/../buffers"]] {
+            load_outside(uri, allowed).unwrap_or_else(|e| panic!("{uri}, {allowed:?}: {e}"));
+        }
+        let message = load_outside(uri, &["other"]).expect_err("refused").to_string();
+        assert!(message.contains("folders of --allow-outside"), "{uri}: {message}");
+    }
+}
+
+#[test]
+fn nothing_leaves_the_allowed_folders() {
+    for uri in [
+        "../other/a.bin",
+        "../buffers/../other/a.bin",
+        "../buffers",
+        "../gone.bin",
+        "../../../../../../../../etc/passwd",
+        "/etc/passwd",
+        "{project}/buffers/../other/a.bin",
+        "//server/buffers/a.bin",
+        "file:///etc/passwd",
+        #[cfg(unix)]
+        "../buffers/out.bin",
+    ] {
+        match load_outside(uri, &["buffers"]) {
+            Err(LoadError::Invalid { .. }) => {}
+            other => panic!("{uri}: {other:?}"),
+        }
+    }
+    let missing = load_outside("../buffers/gone.bin", &["buffers"]).expect_err("is not there");
+    assert!(matches!(missing, LoadError::Read { .. }), "{missing}");
+    let other_case = load_outside("../buffers/DEEP/A.bin", &["buffers"]).expect_err("is not there").to_string();
+    assert!(
+        cfg!(not(target_os = "linux")) || other_case.contains("did you mean ../buffers/deep/a.bin"),
+        "{other_case}"
+    );
+}
+
 #[test]
 fn a_uri_that_names_a_folder_is_refused() {
     let error = load_beside(&with_uri("sub"), "scene.bin").expect_err("refused");

@@ -295,5 +295,5 @@ fn a_buffer_that_is_not_there_lends_no_size() {
 fn a_mistyped_object_is_named() {
     let mut gltf = Gltf::triangle();
     gltf.json["samplers"] = json!(["sampler"]);
-    gltf.refused(&["samplers[0]", "\"sampler\"", "expected an object"]);
+    gltf.refused(&["samplers[0]", "\"sampler\"", "must be an object"]);
 }

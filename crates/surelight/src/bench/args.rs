@@ -12,94 +12,110 @@ use crate::parse::{self as value, Selector, Size};
 /// `surelight bench SCENE…`.
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// Scenes to race on, .glb or .gltf files
+    /// Scenes to benchmark, .glb or .gltf files
     #[arg(value_name = "SCENE", required_unless_present_any = ["compare", "map"])]
     pub(crate) scenes: Vec<PathBuf>,
 
-    /// Folder of the report: index.html, charts, data.csv, data.json, pictures
+    /// Folder of the report
+    ///
+    /// It gets index.html, charts, pictures, data.csv and data.json.
     #[arg(short, long, value_name = "FOLDER", default_value = "report")]
     pub(crate) output: PathBuf,
 
-    /// Instead of racing on a scene, draw the failure map: which estimator is good for what, and where it breaks, on scenes of its own. The folder
-    /// gets failure-map.md and its pictures; minutes on a software driver
+    /// Draw the failure map: where each estimator breaks, on built-in scenes
+    ///
+    /// The folder gets failure-map.md and its pictures. Takes minutes on a software driver.
     #[arg(long, conflicts_with_all = ["scenes", "compare", "resume"])]
     pub(crate) map: bool,
 
-    /// Each method runs this long, all its repeats together; the reference takes half of all methods' time [default: 20s]
+    /// Time per method, all its repeats together [default: 20s]
+    ///
+    /// The reference takes half of the time of all methods.
     #[arg(long, value_name = "TIME", value_parser = value::duration, conflicts_with = "spp")]
     pub(crate) time: Option<Duration>,
 
-    /// Each repeat has this many samples a pixel, instead of a time
+    /// Samples per pixel of each repeat, instead of --time
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     pub(crate) spp: Option<u32>,
 
-    /// Two minutes a scene: fewer methods, smaller pictures, three repeats
+    /// Take two minutes per scene: fewer methods, smaller pictures, three repeats
     #[arg(long)]
     pub(crate) quick: bool,
 
-    /// Race these values of a switch; repeat it for several: integrator, sampler, scrambles, shared-paths, directions,
-    /// max-bounces or max-radiance
+    /// Compare these values of an option; repeatable
+    ///
+    /// The option is integrator, sampler, scrambles, shared-paths, directions, max-bounces or
+    /// max-radiance.
     #[arg(long, value_name = "SWITCH=A,B,…", value_parser = vary)]
     vary: Vec<String>,
 
-    /// Independent repeats of each method: intervals and bands come from them [default: 4; 3 with --quick]
+    /// Independent repeats of each method [default: 4; 3 with --quick]
+    ///
+    /// Intervals and bands follow from their spread.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub(crate) repeats: Option<u32>,
 
-    /// Measure errors from this image instead of a long render; its variance is used where it is an EXR of Surelight
+    /// Reference image that errors are measured from [default: a long render]
+    ///
+    /// The variance of an EXR that Surelight wrote is accounted for.
     #[arg(long, value_name = "REF.exr")]
     pub(crate) reference: Option<PathBuf>,
 
-    /// Go on with the race that was interrupted in the folder of the report; of one that is complete, write the report again
+    /// Continue the interrupted run in the report's folder
+    ///
+    /// Of a complete run, the report is written again.
     #[arg(long)]
     pub(crate) resume: bool,
 
-    /// Draw other renderers' points on the charts: a CSV file with the columns scene, renderer, seconds, rel_mse and perhaps spp and pixels, or a JSON
-    /// array of races with scene, renderer, spp, relmse, efficiency and mpaths
+    /// Draw the results of other renderers on the charts
+    ///
+    /// A CSV file with the columns scene, renderer, seconds, rel_mse and optionally spp and pixels,
+    /// or a JSON array of objects with scene, renderer, spp, relmse, efficiency and mpaths.
     #[arg(long, value_name = "PEERS.csv|RACES.json")]
     pub(crate) overlay: Option<PathBuf>,
 
-    /// Hold the report against an older one, and exit with 4 where speed, accuracy or the picture have lost; without a scene, the report that is
-    /// in the folder already
+    /// Compare with an older report; exit code 4 means a regression
+    ///
+    /// Speed, accuracy and the picture's mean are compared. Without a scene, the report in the
+    /// folder is compared as it is.
     #[arg(long, value_name = "OLD/data.json")]
     pub(crate) compare: Option<PathBuf>,
 
-    /// Percent by which time or error may grow before --compare calls it a loss
+    /// Growth of time or error, in percent, that --compare tolerates
     #[arg(long, value_name = "PERCENT", value_parser = value::percentage, default_value = "5", requires = "compare")]
     pub(crate) tolerance: f64,
 
-    /// Which seconds the charts count [default: wall; cpu with a software driver]
+    /// Clock of the charts [default: wall; cpu with a software driver]
     #[arg(long, value_enum)]
     pub(crate) clock: Option<Clock>,
 
-    /// Pixels [default: 256 on the longer side, 160 with --quick; the camera's aspect]
+    /// Resolution in pixels [default: 256 on the longer side; 160 with --quick]
     #[arg(long, value_name = "WxH", value_parser = value::size)]
     pub(crate) size: Option<Size>,
 
-    /// Chooses the random numbers of the whole race
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
 
-    /// Brightens the pictures of the report by this many stops
+    /// Exposure of the report's pictures, in stops
     #[arg(long, value_name = "EV", value_parser = value::exposure, default_value = "0", allow_hyphen_values = true)]
     pub(crate) exposure: f32,
 
-    /// A remark that the report shows among its conditions
+    /// Note that the report shows
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(crate) note: String,
 
-    /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
+    /// Adapter to run on, by name or index [default: the fastest kind]
     #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
     pub(crate) adapter: Option<Selector>,
 
     #[command(flatten)]
     pub(crate) file: FileArgs,
 
-    /// No progress, just the answers
+    /// Print no progress
     #[arg(short, long)]
     pub(crate) quiet: bool,
 
-    // Their headings hold for what follows, so they come last.
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
 
@@ -110,11 +126,11 @@ pub(crate) struct BenchArgs {
 /// Names of the clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Clock {
-    /// Seconds that pass
+    /// Elapsed time
     Wall,
-    /// Seconds of dispatches to the device
+    /// Time of dispatches on the device
     Device,
-    /// Processor seconds over cores: for software drivers on a machine that does other things too
+    /// Processor time per core: for software drivers on a busy machine
     Cpu,
 }
 

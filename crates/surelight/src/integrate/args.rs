@@ -20,39 +20,39 @@ Examples:
   surelight integrate 'f32(x*x + y*y < 1)' --over 0..1,0..1 --exact 0.7853982 -o circle.svg
   surelight integrate 'exp(-(x*x + y*y + z*z + w*w + x4*x4 + x5*x5))' --over 0..1,0..1,0..1,0..1,0..1,0..1")]
 pub(crate) struct IntegrateArgs {
-    /// The integrand, an expression in WGSL syntax such as '5*pow(x,4)'
+    /// Integrand, an expression in WGSL syntax such as '5*pow(x,4)'
     #[arg(value_name = "EXPR", allow_hyphen_values = true)]
     pub(crate) formula: String,
 
-    /// The box, a range for each of 1 to 10 dimensions, for example 0..1 or -1..1,0..2*pi
+    /// Domain: a range per dimension, 1 to 10 of them, for example -1..1,0..2*pi
     #[arg(long, value_name = "a..b[,c..d…]", value_parser = ranges, allow_hyphen_values = true)]
     pub(crate) over: Ranges,
 
-    /// Evaluations that each method may use
+    /// Evaluations per method
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(32..=1 << 36), default_value_t = 1 << 20)]
     pub(crate) samples: u64,
 
-    /// Confidence of the error bars
+    /// Confidence level of the error bars
     #[arg(long, value_name = "C%", value_parser = value::confidence, default_value = "95%")]
     pub(crate) confidence: f64,
 
-    /// The true value, where it is known: errors are then told against it
+    /// Exact value, where it is known, to measure errors from
     #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
     pub(crate) exact: Option<f64>,
 
-    /// Chooses the random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u32,
 
-    /// Chart of convergence to write, .svg
+    /// Convergence chart to write, .svg
     #[arg(short, long, value_name = "PATH", value_parser = OsStringValueParser::new().try_map(svg))]
     pub(crate) output: Option<PathBuf>,
 
-    /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
+    /// Adapter to run on, by name or index [default: the fastest kind]
     #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
     pub(crate) adapter: Option<Selector>,
 
-    /// One JSON object on standard output
+    /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{ArgGroup, Args};
 
 use crate::method::{Integrator, MethodArgs};
-use crate::options::{CameraArgs, Clip, FileArgs, LightArgs};
+use crate::options::{CameraArgs, Clip, FileArgs, LightArgs, heading};
 use crate::parse::{self as value, Bounces, Selector, Size};
 
 /// `surelight measure SCENE`.
@@ -24,74 +24,90 @@ Examples:
   surelight measure room.glb --region 100,50,140,80 --size 640x480"
 )]
 pub(crate) struct MeasureArgs {
-    /// The scene, a .glb or .gltf file
+    /// Scene to measure, a .glb or .gltf file
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
-    /// Radiance that arrives here, metres, from where --direction points
+    /// Measure the radiance that arrives at this point from --direction, in metres
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "direction", allow_hyphen_values = true)]
     pub(crate) point: Option<[f64; 3]>,
 
-    /// Where to look from --point; its length does not matter
+    /// Direction to look in from --point, of any length
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "point", allow_hyphen_values = true)]
     pub(crate) direction: Option<[f64; 3]>,
 
-    /// Irradiance and illuminance here, metres, on a surface that faces --normal
+    /// Measure irradiance and illuminance at this point, in metres, on a surface that faces
+    /// --normal
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "normal", allow_hyphen_values = true)]
     pub(crate) irradiance: Option<[f64; 3]>,
 
-    /// What the surface at --irradiance faces; its length does not matter
+    /// Normal of the surface at --irradiance, of any length
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "irradiance", allow_hyphen_values = true)]
     pub(crate) normal: Option<[f64; 3]>,
 
-    /// Mean radiance of this part of the image, pixels from the upper left corner; X1 and Y1 are just outside
+    /// Measure the mean radiance of this rectangle of pixels; X1 and Y1 are excluded
+    ///
+    /// Pixels are counted from the upper left corner.
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = value::rectangle)]
     pub(crate) region: Option<[u32; 4]>,
 
-    /// Pixels of the image that --region is in [default: 1024 on the longer side, the camera's aspect]
+    /// Resolution of the image that --region is in [default: 1024 on the longer side]
     #[arg(long, value_name = "WxH", value_parser = value::size, requires = "region")]
     pub(crate) size: Option<Size>,
 
-    /// Stop at this half width of the interval, relative to the luminance or illuminance; within 10 minutes unless --time is given
+    /// Relative error to stop at, for example 1%
+    ///
+    /// The half-width of the confidence interval, relative to the luminance or illuminance. Stops
+    /// after 10 minutes unless --time is given.
     #[arg(long, value_name = "E%", value_parser = value::relative_error)]
     pub(crate) error: Option<f64>,
 
-    /// Confidence of the interval
+    /// Confidence level of the interval
     #[arg(long, value_name = "C%", value_parser = value::confidence, default_value = "95%")]
     pub(crate) confidence: f64,
 
-    /// Stop after this long, loading included, for example 90s
+    /// Time to stop at, loading included, for example 90s
     #[arg(long, value_name = "TIME", value_parser = value::duration)]
     pub(crate) time: Option<Duration>,
 
-    /// Stop after this many samples, rounded up to whole batches: of the point, or of each pixel of the region
-    /// [default: 1048576 and 256, unless --error or --time is given]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Samples to stop at: of the point, or of each pixel of the region
+    ///
+    /// Rounded up to whole batches. The default is 1048576 for a point and 256 for a region, unless
+    /// --error or --time is given.
+    #[arg(long, value_name = "N", value_parser = value::count)]
     pub(crate) spp: Option<u32>,
 
     #[command(flatten)]
     pub(crate) method: MethodArgs,
 
-    /// Scattering events a path may have, that at the measured surface included: 1 direct light, … or `unlimited`
-    #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited")]
+    /// Limit paths to N scattering events; biased
+    ///
+    /// The event at the measured surface counts: 1 is direct light. By default paths have no limit
+    /// and end by Russian roulette.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value::bounces,
+        default_value = "unlimited",
+        help_heading = heading::SAMPLING
+    )]
     pub(crate) max_bounces: Bounces,
 
-    /// Chooses the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = heading::SAMPLING)]
     pub(crate) seed: u32,
 
-    /// Adapter, by part of its name or by its number in `surelight devices` [default: the fastest kind]
-    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector)]
+    /// Adapter to measure on, by name or index [default: the fastest kind]
+    #[arg(long, value_name = "NAME|INDEX", value_parser = value::selector, help_heading = heading::DEVICE)]
     pub(crate) adapter: Option<Selector>,
 
     #[command(flatten)]
     pub(crate) file: FileArgs,
 
-    /// One JSON object on standard output
-    #[arg(long)]
+    /// Print one JSON object
+    #[arg(long, help_heading = heading::DEVICE)]
     pub(crate) json: bool,
 
-    // Their headings hold for what follows, so they come last.
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
 

@@ -81,7 +81,11 @@ impl Display for Report {
             self.samples, self.replicates, self.seconds, self.rays, self.integrator, self.adapter
         )?;
         if self.pilot_samples > 0 {
-            writeln!(f, "pilot    {} samples chose the number of samples and were thrown away", self.pilot_samples)?;
+            writeln!(
+                f,
+                "pilot    {} samples, which planned the number of samples and were discarded",
+                self.pilot_samples
+            )?;
         }
         if let Some(target) = self.target_error {
             let met = match self.stopped {

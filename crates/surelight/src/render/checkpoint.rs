@@ -40,11 +40,6 @@ impl Checkpoint {
         Self { path: first.with_file_name(name), ours: false, failure: None }
     }
 
-    /// The file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// The file, where it is of this render.
     pub(super) fn kept(&self) -> Option<PathBuf> {
         self.ours.then(|| self.path.clone())
@@ -246,6 +241,8 @@ fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -256,7 +253,7 @@ mod tests {
             ("/x/y.exr", "/x/y.checkpoint.exr"),
         ] {
             let output = OutputPath { path: output.into(), format: Format::Exr };
-            assert_eq!(Checkpoint::beside(&[output]).path(), Path::new(checkpoint));
+            assert_eq!(Checkpoint::beside(&[output]).path, Path::new(checkpoint));
         }
     }
 

@@ -53,13 +53,11 @@ impl Loaded {
             self.warnings.push("no triangle has an area: the picture shows the surroundings alone".into());
         }
         if broken > 0 {
-            self.warnings.push(format!("triangles with corners that are not finite were left out: {broken}"));
+            self.warnings.push(format!("{broken} triangles were left out because a corner of each is not finite"));
         }
         self.warnings.extend(camera::cut_warning(&self.view.camera, prepared.cut));
         if let Some(why) = prepared.no_caustics {
-            self.warnings.push(format!(
-                "no light is traced from the lights, since {why}: the picture is that of --integrator mis"
-            ));
+            self.warnings.push(format!("light tracing is off because {why}: the picture is that of --integrator mis"));
         }
         for light in &prepared.unreachable {
             // Where the scene decides, or light is traced already, there is nothing else to try.

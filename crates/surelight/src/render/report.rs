@@ -65,6 +65,8 @@ impl Finished<'_> {
             dropped_samples: self.record.dropped(&self.counts),
             truncated_rays: truncated,
             biased: self.record.biased().to_vec(),
+            exposure: self.exposed.auto,
+            exposure_hint: self.exposed.hint,
             peak_device_bytes: self.device_bytes,
             warnings,
         }

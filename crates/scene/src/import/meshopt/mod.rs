@@ -34,7 +34,9 @@ pub(crate) fn of(view: &BufferView, place: &str) -> Result<Option<Compressed>> {
     let Some(parsed) = NAMES.iter().find_map(|name| view.extensions.parse::<Compressed>(name)) else {
         return Ok(None);
     };
-    parsed.map(Some).map_err(|e| Fault::invalid(place, format!("is compressed with meshopt as nobody can read: {e}")))
+    parsed
+        .map(Some)
+        .map_err(|e| Fault::invalid(place, format!("is compressed with meshopt, but its extension is invalid: {e}")))
 }
 
 impl Compressed {
