@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use surelight_film::Film;
-use surelight_render::{Formula, Integrand, Renderer, Sampler, Settings};
+use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings};
 use surelight_scene::{Scene, procedural};
 use surelight_tests::render::{device, prepare};
 
@@ -43,7 +43,7 @@ fn walking(c: &mut Criterion) {
     group.sample_size(10).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
     for (name, scene) in scenes() {
         let mut prepared = prepare(&scene, &Settings::new(SIZE, SIZE));
-        prepared.features.repeat_walk = true;
+        prepared = prepared.instrumented(Instrument::RepeatedTraversal);
         let mut renderer = renderer(&prepared);
         let mut batch = 0;
         let mut traced = |walks: u32| {

@@ -15,12 +15,11 @@ use surelight_bench::{
     paths::{median, race_paths},
 };
 use surelight_render::{
-    Features, Integrator, Prepared, Renderer, Settings, SharedPaths, compose, compose_modules, path_kernel,
-    shader_modules,
+    Integrator, KernelKey, Part, Prepared, Renderer, Settings, SharedPaths, TABLE, compose, compose_modules,
+    path_kernel, shader_modules,
 };
 use surelight_scene::{Scene, procedural};
 use surelight_tests::{
-    features::names,
     forget::forget,
     render::{device, prepare},
     scenes::with_everything,
@@ -33,11 +32,11 @@ const ROUNDS: u32 = 9;
 const SECONDS: f64 = 0.5;
 
 /// Root modules of the kernels that a render runs.
-fn roots(features: &Features) -> Vec<(&'static str, Features)> {
-    let first_hits = ("package::kernel::features", Features { shared_paths: false, ..*features });
-    let mut roots = vec![(path_kernel(features).0, *features), first_hits];
-    if features.caustics {
-        roots.push(("package::kernel::emit", *features));
+fn roots(key: &KernelKey) -> Vec<(&'static str, KernelKey)> {
+    let first_hits = ("package::kernel::features", key.first_hits());
+    let mut roots = vec![(path_kernel(key).0, *key), first_hits];
+    if key.has(Part::Caustics) {
+        roots.push(("package::kernel::emit", *key));
     }
     roots
 }
@@ -62,23 +61,23 @@ fn scenes() -> [(&'static str, Scene); 5] {
     ]
 }
 
-/// The sources without a feature, by its name.
+/// The sources without a part, by its name.
 fn forgotten() -> HashMap<&'static str, Vec<(&'static str, String)>> {
     let without = |name| shader_modules().iter().map(|&(path, source)| (path, forget(source, name))).collect();
-    names().into_iter().map(|name| (name, without(name))).collect()
+    TABLE.iter().map(|row| (row.name, without(row.name))).collect()
 }
 
-/// Features that a scene lacks: how many, and those whose absence leaves a trace.
+/// Parts that a scene lacks: how many, and those whose absence leaves a trace.
 fn traces(prepared: &Prepared, sources: &HashMap<&str, Vec<(&str, String)>>) -> (usize, Vec<String>) {
-    let features = Features { items_image: device().info.is_cpu, ..prepared.features };
-    let lacking = features.list().into_iter().filter(|f| !f.1).map(|f| f.0);
+    let key = prepared.key().on_images(device().info.is_cpu);
+    let lacking = TABLE.iter().filter(|row| !key.has(row.part)).map(|row| row.name);
     let mut found = Vec::new();
     let mut count = 0;
     for name in lacking {
         count += 1;
-        for (root, features) in roots(&features) {
-            let own = compose(root, &features, &prepared.constants()).unwrap_or_else(|e| panic!("{e}"));
-            match compose_modules(root, &features, &prepared.constants(), &sources[name]) {
+        for (root, key) in roots(&key) {
+            let own = compose(root, &key, &prepared.constants()).unwrap_or_else(|e| panic!("{e}"));
+            match compose_modules(root, &key, &prepared.constants(), &sources[name]) {
                 Ok(other) if other.wgsl == own.wgsl => {}
                 Ok(_) => found.push(format!("{name} in {root}")),
                 Err(e) => found.push(format!("{name} in {root}: {e}")),
@@ -97,32 +96,32 @@ fn main() {
         device().info.driver
     );
     let sources = forgotten();
-    println!("| scene | features lacking | of them with a trace in the kernel |\n|---|---|---|");
+    println!("| scene | parts lacking | of them with a trace in the kernel |\n|---|---|---|");
     for (name, scene) in scenes() {
-        let mut seen: Vec<Features> = Vec::new();
+        let mut seen: Vec<KernelKey> = Vec::new();
         for (way, settings) in ways() {
             let prepared = prepare(&scene, &settings);
             // Where a scene has no caustics, say, the kernels are those of another way.
-            if seen.contains(&prepared.features) {
+            if seen.contains(&prepared.key()) {
                 continue;
             }
             let (count, found) = traces(&prepared, &sources);
             println!("| {name}{way} | {count} | {} |", if found.is_empty() { "none".into() } else { found.join(", ") });
-            seen.push(prepared.features);
+            seen.push(prepared.key());
         }
     }
     if traces_alone {
         return;
     }
     println!(
-        "| scene | features | own kernel, ns/path | the same again | general kernel, ns/path | general/own |\n|---|---|---|---|---|---|"
+        "| scene | parts | own kernel, ns/path | the same again | general kernel, ns/path | general/own |\n|---|---|---|---|---|---|"
     );
     let mut rows = Vec::new();
     for (name, scene) in scenes() {
         let own = prepare(&scene, &Settings::new(SIZE, SIZE));
         let all = Settings { aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(SIZE, SIZE) };
         let general = prepare(&with_everything(scene), &all);
-        let count = own.features.list().iter().filter(|f| f.1).count();
+        let count = own.key().rows().count();
         let mut renderers =
             [&own, &own, &general].map(|p| Renderer::new(device(), p).unwrap_or_else(|e| panic!("{name}: {e}")));
         let times = race_paths(&mut renderers, [SIZE; 2], ROUNDS, SECONDS, device().info.is_cpu);

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use surelight_film::Film;
-use surelight_render::{Device, Prepared, Renderer, Settings};
+use surelight_render::{Device, Instrument, Prepared, Renderer, Settings};
 use surelight_scene::{Camera, Environment, LoadOptions, Scene, procedural};
 
 use crate::{
@@ -147,7 +147,7 @@ fn walking(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row
     const WALKS: u32 = 4;
     Ok(each(subjects, |subject| {
         let mut prepared = subject.prepare(plan)?;
-        prepared.features.repeat_walk = true;
+        prepared = prepared.instrumented(Instrument::RepeatedTraversal);
         let mut renderer = Renderer::new(device, &prepared).map_err(|e| e.to_string())?;
         let once = measure(plan, &mut renderer)?;
         renderer.set_walks(WALKS);

@@ -1,9 +1,9 @@
 //! The BSDF probe: materials and directions in, evaluations and samples out.
 
 use bytemuck::{Pod, Zeroable};
-use surelight_render::{Features, sheen_albedos};
+use surelight_render::{KernelKey, Part, sheen_albedos};
 
-use crate::probe::{Probe, features};
+use crate::probe::{Probe, key};
 
 /// `ProbeMaterial` of shaders/probe/bsdf.wesl: a material seen from a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -212,8 +212,8 @@ impl Material {
         Self { diffuse_transmission: share, through_color: [0.2, 0.5, 0.9], ..self }
     }
 
-    /// The features that a kernel for this material alone has.
-    pub fn features(&self) -> Features {
+    /// The key of a kernel for this material alone.
+    pub fn key(&self) -> KernelKey {
         let mut names = Vec::new();
         let conditions = [
             ("ggx", self.f90 > 0.0 || self.metallic > 0.0 || self.has_layers()),
@@ -228,7 +228,7 @@ impl Material {
             ("clearcoat", self.coat > 0.0),
         ];
         names.extend(conditions.iter().filter(|(_, on)| *on).map(|(name, _)| *name));
-        features(&names)
+        key(&names)
     }
 
     fn is_fibrous(&self) -> bool {
@@ -244,16 +244,16 @@ impl Material {
     }
 }
 
-/// Features of metals, dielectrics and glass.
+/// Parts of metals, dielectrics and glass.
 const BASE: [&str; 4] = ["ggx", "metal", "transmission", "delta_lobes"];
 
-/// Features of layers and lobes that extensions add.
+/// Parts of layers and lobes that extensions add.
 const LAYERS: [&str; 6] = ["dispersion", "diffuse_transmission", "anisotropy", "iridescence", "sheen", "clearcoat"];
 
 /// Where `shaders/bsdf/sheen.wesl` binds its table.
 const SHEEN_BINDING: u32 = 12;
 
-/// Both entry points of shaders/probe/bsdf.wesl, for one set of features.
+/// Both entry points of shaders/probe/bsdf.wesl, for one key.
 pub struct BsdfProbe {
     eval: Entry,
     sample: Entry,
@@ -266,21 +266,21 @@ struct Entry {
 }
 
 impl BsdfProbe {
-    /// Compiles for these features.
-    pub fn new(features: &Features) -> Self {
+    /// Compiles for this key.
+    pub fn new(key: &KernelKey) -> Self {
         let probe =
-            |entry| Entry { probe: Probe::new("package::probe::bsdf", entry, features, &[]), sheen: features.sheen };
+            |entry| Entry { probe: Probe::new("package::probe::bsdf", entry, key, &[]), sheen: key.has(Part::Sheen) };
         Self { eval: probe("probe_eval"), sample: probe("probe_sample") }
     }
 
     /// For everything that a base may have.
     pub fn full() -> Self {
-        Self::new(&features(&BASE))
+        Self::new(&key(&BASE))
     }
 
     /// For everything that a material may have.
     pub fn layered() -> Self {
-        Self::new(&features(&[&BASE[..], &LAYERS[..]].concat()))
+        Self::new(&key(&[&BASE[..], &LAYERS[..]].concat()))
     }
 
     /// Evaluates one material towards each direction.

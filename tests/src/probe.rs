@@ -4,10 +4,10 @@
 
 use std::sync::OnceLock;
 
-use surelight_render::{Constant, Features, compose};
+use surelight_render::{Constant, KernelKey, compose};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// An entry point, compiled for one set of features.
+/// An entry point, compiled for one key.
 ///
 /// The module binds its inputs as read-only storage buffers at group 0, bindings 0, 1, …, and one result buffer after them.
 /// Lanes are `global_invocation_id.x`, 64 to a workgroup.
@@ -39,19 +39,15 @@ fn gpu() -> &'static Gpu {
     })
 }
 
-/// A set of features from their names; unknown names panic.
-pub fn features(names: &[&str]) -> Features {
-    let mut features = Features::default();
-    for name in names {
-        assert!(features.set(name, true), "no feature is called {name}");
-    }
-    features
+/// The key with the parts of these names and all that they need; panics where there is none.
+pub fn key(names: &[&str]) -> KernelKey {
+    KernelKey::from_names(names).unwrap_or_else(|e| panic!("{names:?}: {e}"))
 }
 
 impl Probe {
     /// Composes `root` (such as `package::probe::bsdf`) and compiles its entry point.
-    pub fn new(root: &str, entry: &str, features: &Features, constants: &[Constant]) -> Self {
-        let composed = compose(root, features, constants).unwrap_or_else(|e| panic!("{e}"));
+    pub fn new(root: &str, entry: &str, key: &KernelKey, constants: &[Constant]) -> Self {
+        let composed = compose(root, key, constants).unwrap_or_else(|e| panic!("{e}"));
         let gpu = gpu();
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(root),

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::probe::{Probe, features};
+use crate::probe::{Probe, key};
 
 /// `ProbePoint` of shaders/probe/sampler.wesl.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -45,13 +45,13 @@ impl Point {
     }
 }
 
-/// Features that choose each sampler, with its name.
+/// Parts that choose each sampler, with its name.
 pub const SAMPLERS: [(&str, &[&str]); 3] =
     [("Sobol", &[]), ("independent", &["sampler_independent"]), ("stratified", &["sampler_stratified"])];
 
-/// Asks the sampler that these features choose.
+/// Asks the sampler that these parts choose.
 pub fn sample(names: &[&str], queries: &[Query]) -> Vec<Point> {
-    let probe = Probe::new("package::probe::sampler", "probe_sampler", &features(names), &[]);
+    let probe = Probe::new("package::probe::sampler", "probe_sampler", &key(names), &[]);
     let chunks = queries.chunks(1 << 20);
     chunks.flat_map(|chunk| probe.run::<Point>(&[bytemuck::cast_slice(chunk)], chunk.len(), chunk.len())).collect()
 }

@@ -7,7 +7,7 @@ use surelight_render::Renderer;
 /// Lost samples are failures.
 pub fn film_of(renderer: &mut Renderer<'_>, size: [u32; 2], first: u32, batches: u32, samples: u32) -> Film {
     let mut film = Film::new(size[0], size[1]);
-    let numbers = if renderer.features.one_scramble { samples } else { 1 };
+    let numbers = if renderer.key().is_one_sequence() { samples } else { 1 };
     let mut done = 0;
     while done < batches {
         let n = renderer.most_batches().min(batches - done);

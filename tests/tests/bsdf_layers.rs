@@ -364,7 +364,7 @@ fn specialised_kernels_agree_with_the_general_one() {
     for (name, m) in materials(45.0).into_iter().step_by(2) {
         // Without dispersion, channels are as likely.
         let m = Material { channels: [1.0 / 3.0; 3], ..m };
-        let special = BsdfProbe::new(&m.features());
+        let special = BsdfProbe::new(&m.key());
         let u = uniforms(2000, 13);
         for (s, g) in special.sample(&m, &u).iter().zip(PROBE.sample(&m, &u)) {
             assert_eq!(s.is_valid(), g.is_valid(), "{name}");

@@ -1,60 +1,58 @@
-//! Every kernel that can be put together is valid: naga accepts each feature with what it implies, every pair, what shipped
-//! scenes need, and everything at once. And what a scene lacks is not in its kernel.
+//! Every kernel that can be put together is valid: naga accepts each part with what it needs, every pair, what shipped
+//! scenes need, and as much as can be together. And what a scene lacks is not in its kernel.
 
-use surelight_render::{Features, compose, path_kernel};
-use surelight_tests::features::{constants, everything, names, set, shipped};
+use surelight_render::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
+use surelight_tests::kernel_keys::{constants, everything, key_of, shipped};
 
-/// Root modules of the kernels of these features.
-fn kernels(features: &Features) -> [&'static str; 2] {
-    [path_kernel(features).0, "package::kernel::features"]
+/// Root modules of the kernels of this key.
+fn kernels(key: &KernelKey) -> [&'static str; 2] {
+    [path_kernel(key).0, "package::kernel::features"]
 }
 
-/// The light tracing kernel, which sees through a camera.
+/// The light tracing kernel.
 const EMIT: &str = "package::kernel::emit";
 
-/// Composes and validates the first `count` kernels, and that of light tracing where it belongs; the error says which features.
-fn check(count: usize, features: &Features) -> Result<(), String> {
-    let emit = (features.caustics && !features.receiver).then_some(EMIT);
-    for root in kernels(features).into_iter().take(count).chain(emit) {
-        compose(root, features, constants()).map_err(|e| {
-            let on: Vec<_> = features.list().into_iter().filter(|f| f.1).map(|f| f.0).collect();
-            format!("{root} with {on:?}: {e}")
+/// Composes and validates the first `count` kernels, and that of light tracing where it belongs; the error names the parts.
+fn check(count: usize, key: &KernelKey) -> Result<(), String> {
+    let emit = key.has(Part::Caustics).then_some(EMIT);
+    for root in kernels(key).into_iter().take(count).chain(emit) {
+        compose(root, key, constants()).map_err(|e| {
+            let parts: Vec<_> = key.rows().map(|row| row.name).collect();
+            format!("{root} with {parts:?}: {e}")
         })?;
     }
     Ok(())
 }
 
-fn check_all(kernels: usize, sets: impl Iterator<Item = Features>) -> usize {
-    let results: Vec<_> = sets.map(|set| check(kernels, &set)).collect();
+fn check_all(kernels: usize, keys: impl Iterator<Item = KernelKey>) -> usize {
+    let results: Vec<_> = keys.map(|key| check(kernels, &key)).collect();
     let failures: Vec<_> = results.iter().filter_map(|r| r.as_ref().err()).collect();
     assert!(failures.is_empty(), "{} of {} do not compose, the first: {}", failures.len(), results.len(), failures[0]);
     results.len()
 }
 
 #[test]
-fn nothing_and_each_feature_by_itself() {
-    let names = names();
-    let sets =
-        std::iter::once(Features::default()).chain(names.iter().map(|n| set(&[n]).expect("one excludes nothing")));
-    println!("{} sets of features", check_all(2, sets));
+fn nothing_and_each_part_by_itself() {
+    let of = |name| key_of(&[name]).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let keys = std::iter::once(KernelKey::default()).chain(TABLE.iter().map(|row| of(row.name)));
+    println!("{} keys", check_all(2, keys));
 }
 
 #[test]
 fn each_pair() {
-    let names = names();
-    let pairs = (0..names.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let pairs = (0..TABLE.len()).flat_map(|i| (0..i).map(move |j| [TABLE[i].name, TABLE[j].name]));
     // The path kernel has all that the other has.
-    let count = check_all(1, pairs.filter_map(|(i, j)| set(&[names[i], names[j]])));
+    let count = check_all(1, pairs.filter_map(|pair| key_of(&pair).ok()));
     println!("{count} pairs");
     assert!(count > 300);
 }
 
 #[test]
 fn everything_at_once() {
-    println!("{} sets of features", check_all(2, everything().into_iter()));
+    println!("{} keys", check_all(2, everything().into_iter()));
 }
 
-/// What each binding is for: a kernel has it when one of these features is on, and only then.
+/// What each binding is for: a kernel has it when it has one of these parts, and only then.
 const BINDINGS: [(&str, &[&str]); 9] = [
     ("sheen_albedos", &["sheen"]),
     ("texture_uses", &["textures"]),
@@ -67,7 +65,7 @@ const BINDINGS: [(&str, &[&str]); 9] = [
     ("instances", &["instances"]),
 ];
 
-/// Words that only a kernel with the feature may hold: in functions, records and variables.
+/// Words that only a kernel with the part may hold: in functions, records and variables.
 const ABSENT: [(&[&str], &str); 10] = [
     (&["media"], "nested"),
     (&["light_tree"], "light_tree"),
@@ -83,33 +81,38 @@ const ABSENT: [(&[&str], &str); 10] = [
 
 #[test]
 fn shipped_scenes_have_what_they_need_and_no_more() {
-    let sets = shipped();
-    assert!(sets.len() > 10, "the scenes hardly differ");
-    for (features, scenes) in &sets {
-        check(2, features).unwrap_or_else(|e| panic!("{scenes:?}: {e}"));
-        let shader = compose(kernels(features)[0], features, constants()).expect("it has just been composed");
+    let keys = shipped();
+    assert!(keys.len() > 10, "the scenes hardly differ");
+    for (key, scenes) in &keys {
+        check(2, key).unwrap_or_else(|e| panic!("{scenes:?}: {e}"));
+        let shader = compose(kernels(key)[0], key, constants()).expect("it has just been composed");
         for (binding, needs) in BINDINGS {
-            let wanted = features.list().iter().any(|&(name, on, _)| on && needs.contains(&name));
+            let wanted = key.rows().any(|row| needs.contains(&row.name));
             let found = shader.module.global_variables.iter().any(|(_, g)| g.name.as_deref() == Some(binding));
             assert_eq!(found, wanted, "binding {binding} of {scenes:?}");
         }
-        for (words, feature) in ABSENT {
-            let on = features.list().iter().any(|&(name, on, _)| on && name == feature);
+        for (words, part) in ABSENT {
+            let on = key.rows().any(|row| row.name == part);
             let found = words.iter().find(|word| shader.wgsl.contains(*word));
-            assert!(on || found.is_none(), "{found:?} in the kernel of {scenes:?}, which has no {feature}");
-            // The words are right: a kernel with the feature has them.
-            assert!(!on || found.is_some(), "no word of {feature} in the kernel of {scenes:?}");
+            assert!(on || found.is_none(), "{found:?} in the kernel of {scenes:?}, which has no {part}");
+            // The words are right: a kernel with the part has them.
+            assert!(!on || found.is_some(), "no word of {part} in the kernel of {scenes:?}");
         }
     }
-    println!("{} sets of features in all", sets.len());
+    println!("{} keys in all", keys.len());
 }
 
 /// The checks above can fail.
 #[test]
 fn what_is_wrong_does_not_compose() {
-    assert!(compose("package::kernel::no_such_module", &Features::default(), constants()).is_err());
-    assert!(compose(kernels(&Features::default())[0], &Features::default(), &[]).is_err(), "a constant is missing");
-    // A texture without the module that looks it up.
-    let torn = Features { base_color_texture: true, ..Features::default() };
-    assert!(compose(kernels(&torn)[0], &torn, constants()).is_err());
+    let key = KernelKey::default();
+    assert!(compose("package::kernel::no_such_module", &key, constants()).is_err());
+    assert!(compose(kernels(&key)[0], &key, &[]).is_err(), "a constant is missing");
+    let textured = key_of(&["base_color_texture"]).expect("nothing excludes it");
+    let modules = || shader_modules().iter().map(|&(path, source)| (path, source.to_owned()));
+    let whole: Vec<_> = modules().collect();
+    assert!(compose_modules(kernels(&textured)[0], &textured, constants(), &whole).is_ok());
+    let torn: Vec<_> = modules().filter(|(path, _)| !path.ends_with("::textures")).collect();
+    assert!(torn.len() + 1 == whole.len(), "no module of that name");
+    assert!(compose_modules(kernels(&textured)[0], &textured, constants(), &torn).is_err());
 }

@@ -2,7 +2,7 @@
 //! light sampling does not?
 
 use surelight_tests::differential::{Tally, compare_estimators};
-use surelight_tests::features::asset_scenes;
+use surelight_tests::kernel_keys::asset_scenes;
 
 /// Scenes that are left out, each with the reason.
 const LEFT_OUT: [(&str, &str); 2] = [

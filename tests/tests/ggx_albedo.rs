@@ -2,6 +2,7 @@
 //! found by chance (uniform) and sampled as a light (the same sky as a map).
 
 use glam::DVec3;
+use surelight_render::Part;
 use surelight_render::Settings;
 use surelight_scene::{
     Anisotropy, Clearcoat, DiffuseTransmission, Environment, Iridescence, Material, Scene, Sheen,
@@ -18,7 +19,7 @@ const PICTURES: usize = 60;
 
 /// What the material scatters of light from everywhere, by quadrature.
 fn exact(probed: &Probed, n: usize) -> DVec3 {
-    if probed.features().clearcoat || probed.features().sheen || probed.alpha != probed.alpha_along {
+    if probed.key().has(Part::Clearcoat) || probed.key().has(Part::Sheen) || probed.alpha != probed.alpha_along {
         return Layered::new(probed).albedos(n).iter().sum();
     }
     albedo(probed, n).sum()

@@ -1,10 +1,10 @@
 //! What the host writes is laid out as the kernels read it: every record's fields, offsets, sizes and span, compared with what
-//! naga finds in the composed shaders, in every feature set that ships.
+//! naga finds in the composed shaders, for every key that ships.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use surelight_render::{Features, RecordLayout, compose, host_layouts, material_fields, path_kernel};
-use surelight_tests::features::{constants, everything, shipped};
+use surelight_render::{KernelKey, Part, RecordLayout, compose, host_layouts, material_fields, path_kernel};
+use surelight_tests::kernel_keys::{constants, everything, shipped};
 
 /// Fields by name; the host's padding has no counterpart in WGSL.
 fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
@@ -13,11 +13,11 @@ fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
 }
 
 /// Compares every record that a composition has; returns the records' names.
-fn compare(features: &Features, what: &str) -> BTreeSet<&'static str> {
+fn compare(key: &KernelKey, what: &str) -> BTreeSet<&'static str> {
     let mut found = BTreeSet::new();
-    let emit = (features.caustics && !features.receiver).then_some("package::kernel::emit");
-    for root in [path_kernel(features).0, "package::kernel::features"].into_iter().chain(emit) {
-        let shader = compose(root, features, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let emit = key.has(Part::Caustics).then_some("package::kernel::emit");
+    for root in [path_kernel(key).0, "package::kernel::features"].into_iter().chain(emit) {
+        let shader = compose(root, key, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
         for (name, host) in host_layouts() {
             let Some(device) = RecordLayout::of(&shader, name) else { continue };
             assert_eq!(fields(&host), fields(&device), "{name} in {root} of {what}");
@@ -36,8 +36,8 @@ fn compare(features: &Features, what: &str) -> BTreeSet<&'static str> {
 
 #[test]
 fn in_every_kernel_that_ships() {
-    for (features, scenes) in shipped() {
-        compare(&features, &format!("{scenes:?}"));
+    for (key, scenes) in shipped() {
+        compare(&key, &format!("{scenes:?}"));
     }
 }
 
@@ -46,9 +46,9 @@ fn in_every_kernel_that_ships() {
 fn in_the_general_kernels() {
     let mut found = BTreeSet::new();
     let mut read = BTreeSet::new();
-    for features in everything() {
-        found.extend(compare(&features, "everything"));
-        let shader = compose(path_kernel(&features).0, &features, constants()).unwrap_or_else(|e| panic!("{e}"));
+    for key in everything() {
+        found.extend(compare(&key, "everything"));
+        let shader = compose(path_kernel(&key).0, &key, constants()).unwrap_or_else(|e| panic!("{e}"));
         read.extend(RecordLayout::of(&shader, "Material").expect("kernels have materials").sizes.into_keys());
     }
     let missing: Vec<_> = host_layouts().into_iter().map(|l| l.0).filter(|name| !found.contains(name)).collect();

@@ -1,9 +1,9 @@
 //! A kernel specialised to its scene shows what the general kernel shows: the same scene with a speck that needs every feature there
 //! is, out of sight, compared by Welch's test.
 
-use surelight_render::Settings;
+use surelight_render::{Settings, TABLE};
 use surelight_scene::{Scene, procedural};
-use surelight_tests::features::chosen_elsewhere;
+use surelight_tests::kernel_keys::is_chosen_elsewhere;
 use surelight_tests::render::{prepare, trace};
 use surelight_tests::scenes::{map, with_everything};
 use surelight_tests::welch::Comparison;
@@ -14,14 +14,13 @@ fn check(scene: &Scene, comparison: Comparison, batches: u32, samples: u32) {
     // A lens without width and a clamp that nothing meets.
     let all = Settings { seed: 2, aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(24, 24) };
     let general = prepare(&with_everything(scene.clone()), &all);
-    let elsewhere = chosen_elsewhere();
-    for (feature, on, _) in general.features.list() {
-        assert!(on || elsewhere.contains(&feature), "the general kernel lacks {feature}");
+    for row in TABLE.iter().filter(|row| !general.key().has(row.part)) {
+        assert!(is_chosen_elsewhere(row), "the general kernel lacks {}", row.name);
     }
-    let saved = own.features.list().iter().filter(|f| !f.1).count();
+    let saved = TABLE.len() - own.key().rows().count();
     assert!(saved > 5, "{} needs nearly everything by itself", scene.name);
     let (own, general) = (trace(&own, size, batches, samples), trace(&general, size, batches, samples));
-    comparison.assert_equal(&format!("{}, without {saved} features", scene.name), &own, &general);
+    comparison.assert_equal(&format!("{}, without {saved} parts", scene.name), &own, &general);
 }
 
 const PICTURES: usize = 3;

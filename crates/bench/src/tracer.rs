@@ -76,7 +76,7 @@ impl<'a> Tracers<'a> {
             compile_seconds: renderer.compile_seconds,
             device_bytes: renderer.device_bytes,
             triangles,
-            shares_paths: renderer.features.shared_paths,
+            shares_paths: renderer.key().reuses_paths(),
         };
         self.kept.push((*method, renderer));
         Ok(setup)
@@ -143,8 +143,11 @@ impl Run {
             spp: 0,
             batches: 0,
             first_batch: stream * BATCHES_A_REPEAT,
-            seed: renderer.features.one_scramble.then(|| settings.seed.wrapping_add(stream.wrapping_mul(SEEDS_APART))),
-            shares_paths: renderer.features.shared_paths,
+            seed: renderer
+                .key()
+                .is_one_sequence()
+                .then(|| settings.seed.wrapping_add(stream.wrapping_mul(SEEDS_APART))),
+            shares_paths: renderer.key().reuses_paths(),
             begun: renderer.counts,
             counts: Counts::default(),
             wall_seconds: 0.0,

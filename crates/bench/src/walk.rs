@@ -3,7 +3,7 @@
 //! The kernel is one, and no clock can be read within it. But it can be made to walk every ray twice: the picture stays the same, and what it takes longer
 //! is what a walk takes. The rest is shading, sampling, and keeping states between dispatches.
 
-use surelight_render::{Device, Prepared, RenderError, Renderer};
+use surelight_render::{Device, Instrument, Prepared, RenderError, Renderer};
 
 use crate::{
     analysis::Interval,
@@ -30,8 +30,8 @@ pub(crate) fn measure(
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<WalkData>, RenderError> {
     let settings = method.settings(&subject.settings);
-    let mut prepared = Prepared::new(&subject.scene, &subject.camera, &settings)?;
-    prepared.features.repeat_walk = true;
+    let prepared = Prepared::new(&subject.scene, &subject.camera, &settings)?;
+    let prepared = prepared.instrumented(Instrument::RepeatedTraversal);
     let mut renderer = Renderer::new(device, &prepared)?;
     let mut run = Run::new(&settings, STREAM, &renderer);
     run.grow_to(&mut renderer, 1, Some(1), go_on)?;

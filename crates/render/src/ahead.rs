@@ -7,8 +7,8 @@ use crate::{
     compose::{Composed, compose},
     device::Device,
     error::RenderError,
-    features::Features,
     kernel::{Checks, Kernel, Program, Resource, Resources},
+    kernel_key::KernelKey,
     pass::{GROUP, Pass},
     prepare::Blueprint,
     reflect::{Binding, RecordLayout},
@@ -29,11 +29,11 @@ impl Ahead {
     /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first dispatch.
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
         let blueprint = blueprint.on(device);
-        let shader = compose(path_kernel(&blueprint.features).0, &blueprint.features, &blueprint.constants)?;
+        let shader = compose(path_kernel(&blueprint.key).0, &blueprint.key, &blueprint.constants)?;
         let program = Program::new(device, &shader, PATH_ENTRY, Checks::default())?;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let pass = Pass { size: [8, 8], samples: 1, lanes: GROUP * threads, threads, restart: 1, ..Pass::default() };
-        let kernel = program.bind(device, &stand_ins(device, &blueprint.features, &shader, &program, &pass)?)?;
+        let kernel = program.bind(device, &stand_ins(device, &blueprint.key, &shader, &program, &pass)?)?;
         run(device, &kernel, pass.lanes / GROUP)?;
         Ok(Self { blueprint, device: device.device.clone(), shader, program })
     }
@@ -47,7 +47,7 @@ impl Ahead {
 /// Something of the right kind for each binding. No lane starts a sample, so that nothing of the scene is read.
 fn stand_ins(
     device: &Device,
-    features: &Features,
+    key: &KernelKey,
     shader: &Composed,
     program: &Program,
     pass: &Pass,
@@ -56,7 +56,7 @@ fn stand_ins(
     /// More than any record but the states takes.
     const BYTES: u64 = 1 << 12;
     let mut up = Uploader::new(device);
-    let state = RecordLayout::of(shader, path_kernel(features).1).map_or(256, |l| l.span);
+    let state = RecordLayout::of(shader, path_kernel(key).1).map_or(256, |l| l.span);
     let states = u64::from(pass.lanes) * u64::from(state);
     let mut resources = Resources::new();
     for Binding { name, ty, .. } in program.bindings() {

@@ -4,7 +4,11 @@ use std::borrow::Cow;
 
 use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
-use crate::{error::RenderError, features::Features, images::arrays_to_images};
+use crate::{
+    error::RenderError,
+    images::arrays_to_images,
+    kernel_key::{KernelKey, Part, TABLE},
+};
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
@@ -28,12 +32,12 @@ pub struct Constant {
     pub value: u32,
 }
 
-/// Composes `root` (for example `package::kernel::path`) for a set of features.
+/// Composes `root` (for example `package::kernel::path`) for a kernel key.
 ///
 /// `constants` become the module `package::generated`. The result is stripped of everything that the entry points do not
 /// reach, then validated by naga.
-pub fn compose(root: &str, features: &Features, constants: &[Constant]) -> Result<Composed, RenderError> {
-    compose_with(root, features, constants, None)
+pub fn compose(root: &str, key: &KernelKey, constants: &[Constant]) -> Result<Composed, RenderError> {
+    compose_with(root, key, constants, None)
 }
 
 /// Paths and sources of all modules, as they are composed.
@@ -44,27 +48,27 @@ pub fn shader_modules() -> &'static [(&'static str, &'static str)] {
 /// Likewise from other modules than this crate's own, given as their paths and sources.
 pub fn compose_modules(
     root: &str,
-    features: &Features,
+    key: &KernelKey,
     constants: &[Constant],
     modules: &[(&str, String)],
 ) -> Result<Composed, RenderError> {
     let modules = modules.iter().map(|(path, source)| (*path, source.as_str()));
-    compose_all(root, features, constants, modules)
+    compose_all(root, key, constants, modules)
 }
 
 /// Likewise, with a module more, given as its path and source.
 pub(crate) fn compose_with(
     root: &str,
-    features: &Features,
+    key: &KernelKey,
     constants: &[Constant],
     more: Option<(&str, &str)>,
 ) -> Result<Composed, RenderError> {
-    compose_all(root, features, constants, MODULES.iter().copied().chain(more))
+    compose_all(root, key, constants, MODULES.iter().copied().chain(more))
 }
 
 fn compose_all<'a>(
     root: &str,
-    features: &Features,
+    key: &KernelKey,
     constants: &[Constant],
     modules: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> Result<Composed, RenderError> {
@@ -74,7 +78,7 @@ fn compose_all<'a>(
         resolver.add_module(module_path(path)?, Cow::Borrowed(source));
     }
     resolver.add_module(module_path("package::generated")?, Cow::Owned(generated));
-    let flags = features.list().into_iter().map(|(name, on, _)| (name.to_owned(), Feature::from(on))).collect();
+    let flags = TABLE.iter().map(|row| (row.name.to_owned(), Feature::from(key.has(row.part)))).collect();
     let options = CompileOptions {
         validate: false, // naga does, below, with better knowledge
         features: wesl::Features { default: Feature::Error, flags },
@@ -83,7 +87,7 @@ fn compose_all<'a>(
     let compiled = wesl::compile_sourcemap(&module_path(root)?, &resolver, &NoMangler, &options)
         .map_err(|e| RenderError::Shader { root: root.into(), message: e.to_string() })?;
     let wgsl = compiled.to_string();
-    if !features.items_image {
+    if !key.has(Part::ItemsImage) {
         return validate(root, wgsl);
     }
     let module = parse(root, &wgsl)?;

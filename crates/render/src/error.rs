@@ -8,6 +8,9 @@ pub enum RenderError {
         "no graphics adapter was found: install a Vulkan, Metal or DX12 driver (on Linux, ./setup.sh installs a software one)"
     )]
     NoAdapter,
+    /// Parts of a kernel that exclude one another: a defect of this crate, or a blueprint of a caller.
+    #[error("the kernel cannot be made: {0}")]
+    Kernel(#[from] crate::kernel_key::KeyError),
     /// None that was asked for.
     #[error("no adapter matches \"{wanted}\"; there is: {available}")]
     UnknownAdapter {

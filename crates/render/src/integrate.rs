@@ -12,8 +12,8 @@ use crate::{
     compose::{Constant, compose_with},
     device::Device,
     error::RenderError,
-    features::Features,
     kernel::{Checks, Kernel, Resource, Resources},
+    kernel_key::{KernelKey, Points},
     prepare::Sampler,
     upload::Uploader,
 };
@@ -111,12 +111,8 @@ impl<'a> Integrand<'a> {
         let (module, _) = formula.module();
         let constants = [Constant { name: "DIMENSIONS", value: bounds.len() as u32 }];
         let kernel = |sampler: Sampler, entry: &str| {
-            let features = Features {
-                sampler_independent: sampler == Sampler::Independent,
-                sampler_stratified: sampler == Sampler::Stratified,
-                ..Features::default()
-            };
-            let shader = compose_with(ROOT, &features, &constants, Some(("package::integrand", &module)))?;
+            let key = KernelKey::of_points(Points::new(sampler, false));
+            let shader = compose_with(ROOT, &key, &constants, Some(("package::integrand", &module)))?;
             // The formula is a user's: it may index out of bounds.
             Kernel::new(device, &shader, entry, Checks::Full, &resources)
         };
@@ -293,7 +289,7 @@ mod tests {
             let constants = [Constant { name: "DIMENSIONS", value: dimensions }];
             let more = Some(("package::integrand", formula.module().0));
             let more = more.as_ref().map(|(path, source)| (*path, source.as_str()));
-            let shader = compose_with(ROOT, &Features::default(), &constants, more).unwrap();
+            let shader = compose_with(ROOT, &KernelKey::default(), &constants, more).unwrap();
             let layout = RecordLayout::of(&shader, "Task").unwrap();
             for (field, offset) in [
                 ("first", offset_of!(Task, first)),

@@ -11,10 +11,10 @@ mod compose;
 mod device;
 mod dispatch;
 mod error;
-mod features;
 mod images;
 mod integrate;
 mod kernel;
+mod kernel_key;
 mod noise;
 mod particles;
 mod pass;
@@ -37,12 +37,14 @@ pub use ahead::Ahead;
 pub use compose::{Composed, Constant, compose, compose_modules, shader_modules};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
-pub use features::Features;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
+pub use kernel_key::{
+    CameraModel, Estimator, KernelKey, KeyError, Origin, Part, Parts, Points, Row, Surroundings, TABLE,
+};
 pub use prepare::{
-    Blueprint, Cut, Directions, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable, material_fields,
-    may_have_caustics, sheen_albedos,
+    Blueprint, Cut, Directions, Instrument, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable,
+    material_fields, may_have_caustics, sheen_albedos,
 };
 pub use probe::{Probe, run_probe};
 pub use progression::{Keeper, Outcome, Progress, Watch};

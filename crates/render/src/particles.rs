@@ -15,8 +15,8 @@ use crate::{
     device::Device,
     dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
-    features::Features,
     kernel::{Checks, Kernel, Resource, Resources},
+    kernel_key::KernelKey,
     pass::{EmissionPass, GROUP, Run, Tile},
     prepare::Prepared,
     reflect::RecordLayout,
@@ -78,14 +78,14 @@ impl Particles {
         device: &Device,
         up: &mut Uploader<'_>,
         prepared: &Prepared,
-        features: &Features,
+        key: &KernelKey,
         resources: &mut Resources,
         threads: u32,
         checks: Checks,
     ) -> Result<Option<(Self, String)>, RenderError> {
         use wgpu::BufferUsages as U;
         let Some(caustics) = &prepared.caustics else { return Ok(None) };
-        let shader = compose(EMIT_KERNEL, features, &prepared.constants())?;
+        let shader = compose(EMIT_KERNEL, key, &prepared.constants())?;
         let [width, height] = prepared.view.size.map(u64::from);
         let room = (width * height).min(device.info.max_binding / SPLAT_BYTES).max(1);
         let wanted = if device.info.is_cpu { CPU_LANES_A_THREAD.saturating_mul(threads) } else { GPU_LANES };
@@ -108,7 +108,7 @@ impl Particles {
             lanes,
             threads,
             size: prepared.view.size,
-            one_scramble: features.one_scramble,
+            one_scramble: key.is_one_sequence(),
             usual: caustics.usual,
             samples_per_particle: caustics.samples_per_particle.into(),
         };

@@ -43,11 +43,10 @@ impl<'a> Probe<'a> {
         checks: Checks,
     ) -> Result<Self, RenderError> {
         use wgpu::BufferUsages as U;
-        let mut features = prepared.features;
-        features.items_image = device.reads_images();
-        let shader = compose(root, &features, &prepared.constants())?;
+        let key = prepared.key().on_images(device.reads_images());
+        let shader = compose(root, &key, &prepared.constants())?;
         let mut up = Uploader::new(device);
-        let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+        let mut resources = scene_resources(&mut up, prepared, &key, &shader)?;
         let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
         let size = (results * size_of::<R>()) as u64;
         let input = up.buffer("the queries", queries, U::STORAGE | U::COPY_DST)?;

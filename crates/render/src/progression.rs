@@ -229,7 +229,7 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
             let target = until.filter(|_| !pilot);
             observer(&Progress { spp: spp - first, target, share, pilot, seconds, seconds_left, counts: *counts })
         };
-        let number = if self.renderer.features.one_scramble { self.spp } else { self.batch };
+        let number = if self.renderer.key().is_one_sequence() { self.spp } else { self.batch };
         self.renderer.trace(film, number, batches, samples, &mut watch)
     }
 }

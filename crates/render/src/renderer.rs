@@ -11,8 +11,8 @@ use crate::{
     device::Device,
     dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
-    features::Features,
     kernel::{Checks, Kernel, Program, Resource},
+    kernel_key::{KernelKey, Part},
     particles::Particles,
     pass::{FeaturePixel, GROUP, Pass, Run, Tile},
     prepare::{Prepared, View},
@@ -32,7 +32,7 @@ const FEATURE_SAMPLES: u32 = 16;
 pub struct Renderer<'a> {
     dispatcher: Dispatcher<'a>,
     /// What the kernel contains.
-    pub features: Features,
+    key: KernelKey,
     /// The WGSL of the path kernel and, where there is one, of the light tracing kernel.
     pub wgsl: String,
     /// Bytes of device memory in use.
@@ -92,26 +92,25 @@ impl<'a> Renderer<'a> {
     ) -> Result<Self, RenderError> {
         let started = Instant::now();
         let blueprint = prepared.blueprint().on(device);
-        let features = blueprint.features;
-        let side = side(&features);
+        let key = blueprint.key;
+        let side = side(&key);
         let (shader, program) = match ahead.filter(|ahead| ahead.is_of(device, &blueprint)) {
             Some(ahead) => (ahead.shader, ahead.program),
             None => {
-                let shader = compose(path_kernel(&features).0, &features, &blueprint.constants)?;
+                let shader = compose(path_kernel(&key).0, &key, &blueprint.constants)?;
                 let program = Program::new(device, &shader, PATH_ENTRY, checks)?;
                 (shader, program)
             }
         };
-        let feature_shader =
-            compose(FEATURE_KERNEL, &Features { shared_paths: false, ..features }, &blueprint.constants)?;
+        let feature_shader = compose(FEATURE_KERNEL, &key.first_hits(), &blueprint.constants)?;
 
         let mut up = Uploader::new(device);
         let uploading = Instant::now();
-        let mut resources = scene_resources(&mut up, prepared, &features, &shader)?;
+        let mut resources = scene_resources(&mut up, prepared, &key, &shader)?;
         let upload_seconds = uploading.elapsed().as_secs_f64();
         let [width, height] = prepared.view.size;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
-        let state_bytes = RecordLayout::of(&shader, path_kernel(&features).1).map_or(256, |l| l.span);
+        let state_bytes = RecordLayout::of(&shader, path_kernel(&key).1).map_or(256, |l| l.span);
         let lane_limit = (device.info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
         // Where there are many lanes, as many pixels as otherwise are in work at once.
         let wanted = if device.info.is_cpu { wanted } else { wanted / (side * side) };
@@ -143,7 +142,7 @@ impl<'a> Renderer<'a> {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
         let mut shares = None;
-        if features.adaptive {
+        if key.has(Part::Adaptive) {
             let even = Shares::even([width, height]);
             let buffer = up.buffer("shares of the samples", &even.quarters, U::STORAGE | U::COPY_DST)?;
             resources.insert("quarters".into(), Resource::Buffer(buffer.clone()));
@@ -154,11 +153,11 @@ impl<'a> Renderer<'a> {
         let kernel = program.bind(device, &resources)?;
         let paths = Sliced::new(kernel, pass_buffer.clone(), |counts| &mut counts.paths, longest);
         let feature_kernel = Kernel::new(device, &feature_shader, "trace_features", checks, &resources)?;
-        let particles = Particles::new(device, &mut up, prepared, &features, &mut resources, threads, checks)?;
+        let particles = Particles::new(device, &mut up, prepared, &key, &mut resources, threads, checks)?;
         let (particles, emit_wgsl) = particles.unzip();
         let mut renderer = Self {
             dispatcher,
-            features,
+            key,
             wgsl: shader.wgsl + &emit_wgsl.unwrap_or_default(),
             device_bytes: up.bytes,
             compile_seconds: 0.0,
@@ -183,6 +182,11 @@ impl<'a> Renderer<'a> {
         renderer.warm_up(&tiles[0])?;
         renderer.compile_seconds = started.elapsed().as_secs_f64();
         Ok(renderer)
+    }
+
+    /// What the kernel contains.
+    pub fn key(&self) -> KernelKey {
+        self.key
     }
 
     /// Has the driver compile.
@@ -279,7 +283,7 @@ impl<'a> Renderer<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
         let mut results = Vec::new();
-        for tile in self.tiles_of(film, side(&self.features))? {
+        for tile in self.tiles_of(film, side(&self.key))? {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
             let bytes = self.sum_bytes(&pass);
             // What an earlier tile left is wiped, so that a batch that is not written shows.
@@ -332,7 +336,7 @@ impl<'a> Renderer<'a> {
 
     /// Bytes of a pass's batch sums.
     fn sum_bytes(&self, pass: &Pass) -> u64 {
-        16 * u64::from(pass.batches) * u64::from(pass.lanes) * u64::from(side(&self.features).pow(2))
+        16 * u64::from(pass.batches) * u64::from(pass.lanes) * u64::from(side(&self.key).pow(2))
     }
 
     /// Albedo and normal of first hits, averaged over a pixel, and depth through its centre.

@@ -3,8 +3,8 @@
 use crate::{
     compose::Composed,
     error::RenderError,
-    features::Features,
     kernel::{Resource, Resources},
+    kernel_key::{KernelKey, Part},
     prepare::{InstanceRows, Prepared, facet_albedos, sheen_albedos},
     reflect::RecordLayout,
     upload::Uploader,
@@ -14,14 +14,14 @@ use crate::{
 pub(crate) fn scene_resources(
     up: &mut Uploader<'_>,
     prepared: &Prepared,
-    features: &Features,
+    key: &KernelKey,
     shader: &Composed,
 ) -> Result<Resources, RenderError> {
     use wgpu::BufferUsages as U;
     let mut resources = Resources::new();
     let mut storage = |name: &'static str, what: &str, wanted: bool, bytes: &[u8]| -> Result<(), RenderError> {
         if wanted {
-            let resource = if features.items_image {
+            let resource = if key.has(Part::ItemsImage) {
                 Resource::Image(up.image(what, bytes)?)
             } else {
                 Resource::Buffer(up.buffer(what, bytes, U::STORAGE)?)
@@ -38,20 +38,30 @@ pub(crate) fn scene_resources(
     let first_light = |k: usize| prepared.lights.instance_lights.get(k).copied().unwrap_or_default();
     let instances = prepared.accel.instances.iter().enumerate();
     let instances: Vec<_> = instances.map(|(k, record)| InstanceRows::new(record, first_light(k))).collect();
-    storage("instances", "instances", features.instances, bytemuck::cast_slice(&instances))?;
-    storage("texture_uses", "texture uses", features.textures, bytemuck::cast_slice(&prepared.textures.uses))?;
+    storage("instances", "instances", key.has(Part::Instances), bytemuck::cast_slice(&instances))?;
+    storage("texture_uses", "texture uses", key.has(Part::Textures), bytemuck::cast_slice(&prepared.textures.uses))?;
     let lights = &prepared.lights;
-    storage("light_table", "the light table", features.light_sampling, bytemuck::cast_slice(&lights.table))?;
-    storage("area_lights", "emissive triangles", features.area_lights, bytemuck::cast_slice(&lights.area_records()))?;
+    storage("light_table", "the light table", key.has(Part::LightSampling), bytemuck::cast_slice(&lights.table))?;
+    storage(
+        "area_lights",
+        "emissive triangles",
+        key.has(Part::AreaLights),
+        bytemuck::cast_slice(&lights.area_records()),
+    )?;
     if let Some(tree) = &lights.tree {
-        storage("light_nodes", "the light tree", features.light_tree, bytemuck::cast_slice(&tree.nodes))?;
-        storage("light_paths", "the light tree's paths", features.light_tree, bytemuck::cast_slice(&tree.paths))?;
+        storage("light_nodes", "the light tree", key.has(Part::LightTree), bytemuck::cast_slice(&tree.nodes))?;
+        storage("light_paths", "the light tree's paths", key.has(Part::LightTree), bytemuck::cast_slice(&tree.paths))?;
     }
-    storage("punctual_lights", "punctual lights", features.punctual_lights, bytemuck::cast_slice(&lights.punctual))?;
-    if features.sheen {
+    storage(
+        "punctual_lights",
+        "punctual lights",
+        key.has(Part::PunctualLights),
+        bytemuck::cast_slice(&lights.punctual),
+    )?;
+    if key.has(Part::Sheen) {
         storage("sheen_albedos", "the sheen's albedos", true, bytemuck::cast_slice(sheen_albedos()))?;
     }
-    if features.multiple_scattering {
+    if key.has(Part::MultipleScattering) {
         storage("facet_albedos", "the facets' albedos", true, bytemuck::cast_slice(facet_albedos()))?;
     }
     if let Some(environment) = &prepared.environment {
@@ -63,6 +73,6 @@ pub(crate) fn scene_resources(
         storage("casters", "the casters of caustics", true, bytemuck::cast_slice(&caustics.casters))?;
         storage("emitter_table", "the emitters of caustics", true, bytemuck::cast_slice(&caustics.table))?;
     }
-    storage("texels", "textures", features.textures, bytemuck::cast_slice(&prepared.textures.texels))?;
+    storage("texels", "textures", key.has(Part::Textures), bytemuck::cast_slice(&prepared.textures.texels))?;
     Ok(resources)
 }

@@ -1,6 +1,6 @@
 //! How work is cut for a device: which path kernel, how many lanes at once; and what is counted of it.
 
-use crate::{device::Device, features::Features};
+use crate::{device::Device, kernel_key::KernelKey};
 
 const PATH_KERNEL: &str = "package::kernel::path";
 const BLOCK_KERNEL: &str = "package::kernel::blocks";
@@ -42,13 +42,13 @@ pub struct Counts {
 pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
 
 /// Root module of the path kernel, and the record that it keeps between dispatches.
-pub fn path_kernel(features: &Features) -> (&'static str, &'static str) {
-    if features.shared_paths { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
+pub fn path_kernel(key: &KernelKey) -> (&'static str, &'static str) {
+    if key.reuses_paths() { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
 }
 
 /// Pixels along a side of the square that a lane works on.
-pub(crate) fn side(features: &Features) -> u32 {
-    if features.shared_paths { 2 } else { 1 }
+pub(crate) fn side(key: &KernelKey) -> u32 {
+    if key.reuses_paths() { 2 } else { 1 }
 }
 
 /// Lanes that are traced at once unless somebody chooses.

@@ -1,12 +1,11 @@
 //! `surelight info`: what is in a scene, what the kernel will include because of it, and what is not supported.
 
 mod contents;
-mod reasons;
 
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_render::{Prepared, Settings};
+use surelight_render::{Origin, Prepared, Row, Settings, TABLE};
 use surelight_scene::Scene;
 
 use crate::error::Error;
@@ -14,27 +13,6 @@ use crate::options::{CameraArgs, InfoArgs, LightArgs};
 use crate::{camera, console, light};
 
 use contents::Contents;
-
-/// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 17] = [
-    "items_image",
-    "lens",
-    "receiver",
-    "multiple_scattering",
-    "clamp_radiance",
-    "hemisphere",
-    "area",
-    "whitted",
-    "directions_uniform",
-    "directions_cosine",
-    "sampler_independent",
-    "sampler_stratified",
-    "one_scramble",
-    "no_roulette",
-    "shared_paths",
-    "adaptive",
-    "repeat_walk",
-];
 
 /// A scene laid open; its fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
@@ -46,14 +24,14 @@ struct Info {
     /// The triangles as the kernel sees them.
     bvh: Bvh,
     /// Parts that the kernel may have.
-    kernel: Vec<Part>,
+    kernel: Vec<KernelPart>,
     /// Everything that was not read as written.
     warnings: Vec<String>,
 }
 
 /// A part that the kernel has or lacks because of the scene.
 #[derive(Debug, Serialize)]
-struct Part {
+struct KernelPart {
     /// Name of the condition in the shaders.
     name: &'static str,
     /// Whether it is compiled in.
@@ -90,14 +68,19 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     };
     let unfound = args.method.warning(&scene);
     let prepared = Prepared::new(&scene, &view.camera, &settings)?;
-    let kernel = prepared
-        .features
-        .list()
-        .into_iter()
-        .filter(|(name, included, _)| *included || !CHOSEN.contains(name))
-        .map(|(name, included, meaning)| {
-            let because = if included { reasons::find(name, &scene) } else { None };
-            Part { name, included, meaning: meaning.trim(), because }
+    let key = prepared.key();
+    // That a scene does without what options or the device select says nothing about it.
+    let tells = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
+    let kernel = TABLE
+        .iter()
+        .filter(|row| tells(row))
+        .map(|row| {
+            let included = key.has(row.part);
+            let because = match row.origin {
+                Origin::Scene(reason) if included => reason(&scene),
+                _ => None,
+            };
+            KernelPart { name: row.name, included, meaning: row.meaning, because }
         })
         .collect();
     let mut warnings = scene.warnings;

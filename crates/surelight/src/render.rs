@@ -102,7 +102,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.compile = stages.end()?;
     interrupt::begin();
 
-    let shared_paths = renderer.features.shared_paths;
+    let shared_paths = renderer.key().reuses_paths();
     let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
     check_memory(&window)?;
     let (mut film, mut standing) = match &earlier {

@@ -30,7 +30,7 @@ fn estimators_agree_on_real_files() {
             scene.environment = Some(map(16, 8, |x, y| if x < 4 && y < 3 { [4.0, 3.5, 3.0] } else { [0.3, 0.4, 0.5] }));
             let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
             let Ok(prepared) = Prepared::new(&scene, &camera, &Settings::new(16, 16)) else { continue };
-            if kernels.insert(prepared.features) {
+            if kernels.insert(prepared.key()) {
                 let name = path.strip_prefix(&corpus).unwrap_or(&path).display().to_string();
                 compare_estimators(&name, &scene, 16, 16, MAX_COMPARISONS, &mut tally);
             }

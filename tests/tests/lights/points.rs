@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{normal_quantile, sidak_level};
-use surelight_render::Settings;
+use surelight_render::{Part, Settings};
 use surelight_tests::light::{Query, Sample, probe, random_queries};
 use surelight_tests::render::{ALPHA, prepare};
 
@@ -29,7 +29,7 @@ fn points_follow_the_pdf() {
     let quantile = normal_quantile(1.0 - 0.5 * level);
     for (name, lamps) in cases {
         let prepared = prepare(&scene(&lamps), &Settings::new(8, 8));
-        assert_eq!(prepared.features.light_tree, lamps.len() > 1);
+        assert_eq!(prepared.key().has(Part::LightTree), lamps.len() > 1);
         let samples = samples_of(&lamps, &prepared, 1);
         let mut tested = 0;
         for (k, lamp) in lamps.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{chi_squared_test, sidak_level};
-use surelight_render::Settings;
+use surelight_render::{Part, Settings};
 use surelight_scene::{Light, LightKind, Material, Scene, procedural::shapes::Shape};
 use surelight_tests::light::{Query, probe};
 use surelight_tests::random::Random;
@@ -52,7 +52,7 @@ fn askers() -> Vec<Query> {
 #[test]
 fn a_tree_chooses_as_it_tells() {
     let prepared = prepare(&many(), &Settings::new(8, 8));
-    assert!(prepared.features.light_tree);
+    assert!(prepared.key().has(Part::LightTree));
     let lights = 48 + 80;
     let n = 100_000;
     let askers = askers();

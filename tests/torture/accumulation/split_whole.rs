@@ -2,7 +2,7 @@
 //! are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
-use surelight_render::{Prepared, Renderer, Settings};
+use surelight_render::{Instrument, Prepared, Renderer, Settings};
 use surelight_scene::procedural::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 
@@ -85,7 +85,7 @@ fn split_whole_by_tiles() {
 fn however_often_rays_are_walked() {
     let mut prepared = cornell(6);
     let whole = passes(&mut Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")), &[BATCHES]);
-    prepared.features.repeat_walk = true;
+    prepared = prepared.instrumented(Instrument::RepeatedTraversal);
     let mut repeating = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     for walks in [1, 3] {
         repeating.set_walks(walks);

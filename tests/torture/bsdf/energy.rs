@@ -188,7 +188,7 @@ fn ggx_mirror() {
 #[test]
 fn lambert_has_no_variance() {
     let m = Material { base_color: [0.7, 0.3, 0.1], ..Material::lambert(50.0) };
-    for probe in [&*PROBE, &BsdfProbe::new(&m.features())] {
+    for probe in [&*PROBE, &BsdfProbe::new(&m.key())] {
         for s in probe.sample(&m, &uniforms(100_000, 40)) {
             assert!(s.is_valid());
             for c in 0..3 {

@@ -77,7 +77,7 @@ fn cosine_directions_are_exact() {
     // Around the seams between quarters of a turn.
     u.extend((0..=8).flat_map(|i| (-2..=2).map(move |j| [0.0, i as f32 / 8.0 + j as f32 / 16_777_216.0, 0.5])));
     u.retain(|u| (0.0..1.0).contains(&u[1]));
-    for (u, s) in u.iter().zip(BsdfProbe::new(&m.features()).sample(&m, &u)) {
+    for (u, s) in u.iter().zip(BsdfProbe::new(&m.key()).sample(&m, &u)) {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(u[1])).sin_cos();
         let (r, z) = (f64::from(u[2]).sqrt(), (1.0 - f64::from(u[2])).sqrt());
         let error = (DVec3::from(s.wi.map(f64::from)) - DVec3::new(r * cos, r * sin, z)).length();
@@ -90,7 +90,7 @@ fn specialised_kernels_agree_with_the_general_one() {
     let general = BsdfProbe::full();
     let smooth = [Material::dielectric(0.0, 30.0), Material::metal(0.0, 60.0), Material::glass(0.0, 45.0)];
     for m in materials().into_iter().step_by(5).chain(smooth) {
-        let special = BsdfProbe::new(&m.features());
+        let special = BsdfProbe::new(&m.key());
         let u = uniforms(2000, 3);
         for (s, g) in special.sample(&m, &u).iter().zip(general.sample(&m, &u)) {
             assert_eq!(s.is_valid(), g.is_valid(), "{m:?}");

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 use surelight_accel::Instancing;
-use surelight_render::{Directions, Integrator, Settings};
+use surelight_render::{Directions, Integrator, Part, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Volume, Wrap,
@@ -73,7 +73,7 @@ fn alpha_volumes_in_a_furnace() {
             let mut settings = Settings::new(24, 24);
             settings.build.instancing = instancing;
             let prepared = prepare(scene, &settings);
-            assert!(prepared.features.volume_alpha, "{name}");
+            assert!(prepared.key().has(Part::VolumeAlpha), "{name}");
             let film = render(scene, &settings, 4, 16);
             for i in all(&film) {
                 let error = film.mean(i).map(|c| (c - 1.0).abs()).into_iter().fold(0.0, f64::max);

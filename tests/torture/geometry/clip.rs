@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use surelight_film::Film;
-use surelight_render::{Cut, Prepared, Renderer, Settings};
+use surelight_render::{Cut, Part, Prepared, Renderer, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes, write_glb};
 use surelight_tests::render::{all, bits, device, prepare, trace};
@@ -57,7 +57,7 @@ fn settings() -> Settings {
 fn picture(scene: &Scene, settings: &Settings, cut: Cut) -> Film {
     let prepared = prepare(scene, settings);
     assert_eq!(prepared.cut, cut);
-    assert_eq!(prepared.features.camera_clip, cut.any());
+    assert_eq!(prepared.key().has(Part::CameraClip), cut.any());
     trace(&prepared, [SIDE; 2], 2, 8)
 }
 
@@ -206,7 +206,7 @@ fn planes_that_cut_nothing() {
     let [clipped, whole] = [clipped, whole].map(|scene| {
         let prepared = prepare(&scene, &settings());
         let wgsl = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")).wgsl;
-        (prepared.features, wgsl, bits(&picture(&scene, &settings(), Cut::default())))
+        (prepared.key(), wgsl, bits(&picture(&scene, &settings(), Cut::default())))
     });
     assert!(!whole.1.contains("clip"), "the kernel knows of clipping");
     assert!(clipped == whole, "planes that cut nothing change the kernel or the picture");

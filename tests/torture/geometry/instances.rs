@@ -1,7 +1,7 @@
 //! Case 17: instances under any transform show what their copies show.
 
 use surelight_accel::{BuildOptions, Instancing};
-use surelight_render::Settings;
+use surelight_render::{Part, Settings};
 use surelight_scene::procedural::torture;
 use surelight_tests::render::{all, pooled, prepare, trace};
 use surelight_tests::welch::Comparison;
@@ -12,7 +12,7 @@ fn instance_vs_baked() {
     let film = |instancing, seed| {
         let build = BuildOptions { instancing, ..BuildOptions::default() };
         let prepared = prepare(&scene, &Settings { seed, build, ..Settings::new(48, 32) });
-        assert_eq!(prepared.features.instances, instancing == Instancing::Always);
+        assert_eq!(prepared.key().has(Part::Instances), instancing == Instancing::Always);
         trace(&prepared, [48, 32], 16, 16)
     };
     let (placed, baked) = (film(Instancing::Always, 1), film(Instancing::Never, 1));

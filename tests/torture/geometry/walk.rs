@@ -5,7 +5,7 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use surelight_accel::oracle::Oracle;
 use surelight_accel::{BuildOptions, Instancing, Quality, Ray};
-use surelight_render::Settings;
+use surelight_render::{Part, Settings};
 use surelight_scene::Mesh;
 use surelight_scene::procedural::{shapes::Shape, torture::geometry};
 use surelight_tests::random::Random;
@@ -74,7 +74,7 @@ fn instances_that_stretch_shear_and_mirror() {
         let mut hits = [0, 0];
         for (k, instancing) in [Instancing::Always, Instancing::Never].into_iter().enumerate() {
             let (scene, prepared) = prepare(meshes.clone(), &placements, with(instancing));
-            assert_eq!(prepared.features.instances, instancing == Instancing::Always);
+            assert_eq!(prepared.key().has(Part::Instances), instancing == Instancing::Always);
             let name = format!("instances at scale {scale:e}, {instancing:?}");
             let tally = hold_against_oracle(&name, &scene, &prepared, &rays);
             assert!(tally.hits > 300 && tally.ties <= 15, "{tally:?}");

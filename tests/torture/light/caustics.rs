@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test, z_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Integrator, Renderer, Settings};
+use surelight_render::{Integrator, Part, Renderer, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::procedural::torture::light::sds as globe;
 use surelight_scene::{
@@ -31,7 +31,7 @@ fn settings(integrator: Integrator, seed: u32) -> Settings {
 fn means(scene: &Scene, settings: &Settings, batches: u32, samples: u32) -> [[Estimate; 3]; PARTS] {
     let prepared = prepare(scene, settings);
     let traced = settings.integrator == Integrator::Caustics;
-    assert_eq!(prepared.features.caustics, traced, "{:?}", prepared.no_caustics);
+    assert_eq!(prepared.key().has(Part::Caustics), traced, "{:?}", prepared.no_caustics);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut sums = [[[0.0f64; 2]; 3]; PARTS];
     for batch in 0..batches {

@@ -4,7 +4,7 @@
 //! must multiply by the same, or a hidden emitter lights the room.
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use surelight_render::{Directions, Integrator, Settings};
+use surelight_render::{Directions, Integrator, Part, Settings};
 use surelight_scene::procedural::{quad_light, shapes::Shape};
 use surelight_scene::{AlphaMode, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Wrap};
 use surelight_tests::render::{Judge, all, prepare, render};
@@ -89,7 +89,7 @@ fn emitters_count_by_coverage() {
             let film = render(&gone, &settings(integrator, 9), 2, 16);
             assert!(all(&film).all(|i| film.mean(i) == [0.0; 3]), "{mode:?} by {method}: light from nothing");
         }
-        assert!(!prepare(&gone, &settings(Integrator::Mis, 0)).features.light_sampling, "{mode:?} is sampled");
+        assert!(!prepare(&gone, &settings(Integrator::Mis, 0)).key().has(Part::LightSampling), "{mode:?} is sampled");
     }
 }
 
@@ -154,7 +154,7 @@ fn estimators_agree_about_emitters_with_alpha() {
             }
             settings
         };
-        assert_eq!(prepare(&scene, &of(Integrator::Mis, 0)).features.instances, instanced);
+        assert_eq!(prepare(&scene, &of(Integrator::Mis, 0)).key().has(Part::Instances), instanced);
         let reference = render(&scene, &of(INTEGRATORS[2].1, 20 + k), 16, 512);
         for (method, integrator) in &INTEGRATORS[..2] {
             let film = render(&scene, &of(*integrator, 30 + k), 16, 64);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use surelight_render::{Directions, Integrator, Settings, SharedPaths};
+use surelight_render::{Directions, Integrator, Part, Settings, SharedPaths};
 use surelight_scene::procedural::{shapes::Shape, window};
 use surelight_scene::{
     AlphaMode, Clearcoat, Environment, Filter, Image, Light, LightKind, Material, Scene, Sheen, Texture, TextureRef,
@@ -184,12 +184,12 @@ fn estimators_agree_through_panes() {
         let hemisphere = settings(Integrator::Hemisphere(Directions::Bsdf), 10 + k as u32);
         for (method, integrator) in [("mis", Integrator::Mis), ("area", Integrator::Area)] {
             let own = settings(integrator, 20 + k as u32);
-            assert!(prepare(scene, &own).features.panes);
+            assert!(prepare(scene, &own).key().has(Part::Panes));
             compare(&format!("{name}, {method}"), scene, [&own, &hemisphere], [128, 256], 0.03);
         }
         // Mirrors of the panes are traced from the lights, the rest is not.
         let traced = settings(Integrator::Caustics, 30 + k as u32);
-        assert!(prepare(scene, &traced).features.caustics);
+        assert!(prepare(scene, &traced).key().has(Part::Caustics));
         compare(&format!("{name}, caustics"), scene, [&traced, &hemisphere], [128, 256], 0.03);
     }
 }
@@ -202,7 +202,7 @@ fn shared_paths_agree_through_panes() {
             let of =
                 |shared_paths, seed| Settings { shared_paths, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
             let shared = of(SharedPaths::On, 40);
-            assert!(prepare(&scene, &shared).features.shared_paths);
+            assert!(prepare(&scene, &shared).key().has(Part::SharedPaths));
             compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(SharedPaths::Off, 41)], [128, 128], 0.03);
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Renderer, Settings, SharedPaths};
+use surelight_render::{Part, Renderer, Settings, SharedPaths};
 use surelight_scene::procedural::cornell_box::cornell_box;
 use surelight_scene::{Projection, Scene};
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
@@ -20,7 +20,7 @@ pub(super) fn far_box() -> Scene {
 
 fn with(scene: &Scene, settings: &Settings) -> Renderer<'static> {
     let prepared = prepare(scene, settings);
-    assert_eq!(prepared.features.adaptive, settings.adaptive);
+    assert_eq!(prepared.key().has(Part::Adaptive), settings.adaptive);
     Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -1,6 +1,6 @@
 //! The depth series: after D bounces a closed room shows the first D + 1 terms of Le·Σ ρᵏ.
 
-use surelight_render::Settings;
+use surelight_render::{Directions, Integrator, Settings};
 use surelight_scene::procedural::torture;
 use surelight_tests::render::{all, prepare, trace, ulps};
 
@@ -11,9 +11,9 @@ fn depth_series() {
     let (rho, emission) = (0.875f32, 0.125f32);
     let scene = torture::scene("depth-series");
     for bounces in [0, 1, 4, 8] {
-        let mut prepared = prepare(&scene, &Settings { max_bounces: Some(bounces), ..Settings::new(32, 32) });
-        prepared.features.light_sampling = false;
-        prepared.features.area_lights = false;
+        let integrator = Integrator::Hemisphere(Directions::Bsdf);
+        let settings = Settings { max_bounces: Some(bounces), integrator, ..Settings::new(32, 32) };
+        let prepared = prepare(&scene, &settings);
         let film = trace(&prepared, [32, 32], 1, 1);
         let truth: f64 = (0..=bounces).map(|k| f64::from(emission) * f64::from(rho).powi(k as i32)).sum();
         let worst = all(&film).map(|i| ulps(film.mean(i)[0] as f32, truth as f32)).max();

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use surelight_accel::{BuildOptions, Instancing};
 use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
-use surelight_render::{Directions, Integrator, Renderer, Sampler, Settings};
+use surelight_render::{Directions, Integrator, Part, Renderer, Sampler, Settings};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{
     Clearcoat, DiffuseTransmission, Environment, Instance, Light, LightKind, Material, Scene, Sheen,
@@ -188,7 +188,7 @@ fn forms_agree_under_lanterns() {
     let scene = lanterns();
     let settings = |integrator, seed| instanced(settings(integrator, seed));
     let prepared = prepare(&scene, &settings(Integrator::Mis, 0));
-    assert!(prepared.features.light_tree && prepared.features.instances, "{:?}", prepared.features);
+    assert!(prepared.key().has(Part::LightTree) && prepared.key().has(Part::Instances), "{:?}", prepared.key());
     let ways = [
         ("hemisphere, by the BSDF", settings(HEMISPHERE, 31), 64),
         ("hemisphere, by the cosine", settings(Integrator::Hemisphere(Directions::Cosine), 32), 128),

@@ -2,7 +2,7 @@
 
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
-use surelight_render::{Renderer, Settings};
+use surelight_render::{Instrument, Renderer, Settings};
 use surelight_scene::procedural::{cornell_box, torture::sampling::room};
 use surelight_tests::render::{ALPHA, Judge, device, prepare, render, trace};
 use surelight_tests::welch::Comparison;
@@ -15,7 +15,7 @@ fn rr_on_off() {
     let settings = |seed| Settings { max_bounces: Some(12), seed, ..Settings::new(24, 24) };
     let on = render(&scene, &settings(1), 16, 64);
     let mut prepared = prepare(&scene, &settings(2));
-    prepared.features.no_roulette = true;
+    prepared = prepared.instrumented(Instrument::NoRoulette);
     let off = trace(&prepared, [24, 24], 16, 64);
     Comparison { power: 0.02, pictures: 1, pixels: true }.assert_equal("cornell, roulette on against off", &on, &off);
     for (reflectance, seed) in [(0.2, 3), (0.6, 4)] {

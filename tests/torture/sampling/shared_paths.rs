@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Renderer, Settings, SharedPaths};
+use surelight_render::{Part, Renderer, Settings, SharedPaths};
 use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
 use surelight_tests::render::{ALPHA, all, device, prepare};
@@ -38,7 +38,7 @@ fn pictures(scene: &Scene, shared: bool, seeds: std::ops::Range<u32>, batches: u
     };
     let repeats = scene.instances.len() > scene.meshes.len();
     let prepared = prepare(scene, &if repeats { forms::instanced(settings) } else { settings });
-    assert_eq!((prepared.features.shared_paths, prepared.features.instances), (shared, repeats));
+    assert_eq!((prepared.key().has(Part::SharedPaths), prepared.key().has(Part::Instances)), (shared, repeats));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     seeds
         .map(|seed| {
@@ -124,7 +124,7 @@ fn neighbours_agree_about_what_a_near_plane_leaves() {
     camera.clip = ClipRange { near: 0.02, far: backward.dot(eye - (low + high) / 2.0) };
     let [right, up] = [camera.to_world.matrix3.x_axis, camera.to_world.matrix3.y_axis].map(|axis| axis * 0.1);
     add(&mut scene, Shape::parallelogram(eye - 0.01 * backward, right, up), lambert([0.5; 3]));
-    assert!(prepare(&scene, &Settings::new(8, 8)).features.camera_clip);
+    assert!(prepare(&scene, &Settings::new(8, 8)).key().has(Part::CameraClip));
     check(&scene, 32, 0.02, 0.6);
 }
 
@@ -183,7 +183,7 @@ fn neighbours_agree_about_veils() {
 fn slices_have_the_bits_of_the_whole() {
     let settings = Settings { shared_paths: SharedPaths::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
     let prepared = prepare(&veils(), &settings);
-    assert!(prepared.features.alpha && prepared.features.shared_paths);
+    assert!(prepared.key().has(Part::Alpha) && prepared.key().has(Part::SharedPaths));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut film = |passes: &[(u32, u32)]| {
         let mut film = Film::new(SIZE[0], SIZE[1]);
@@ -203,7 +203,7 @@ fn neighbours_agree_about_leaning_normals() {
     for normal in scene.meshes.iter_mut().filter_map(|mesh| mesh.normals.as_mut()).flatten() {
         *normal = (*normal + 0.35 * Vec3::new(normal.y, normal.z, normal.x)).normalize();
     }
-    assert!(prepare(&scene, &Settings::new(8, 8)).features.vertex_normals);
+    assert!(prepare(&scene, &Settings::new(8, 8)).key().has(Part::VertexNormals));
     check(&scene, 16, 0.02, 0.95);
 }
 

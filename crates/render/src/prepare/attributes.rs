@@ -5,7 +5,10 @@ use surelight_accel::Accel;
 use surelight_scene::Scene;
 
 use super::octahedral::octahedral;
-use crate::{compose::Constant, features::Features};
+use crate::{
+    compose::Constant,
+    kernel_key::{KernelKey, Part},
+};
 
 /// Where the words of a record stand. Twin of the constants in `package::generated`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,23 +23,23 @@ pub(crate) struct AttributeLayout {
 }
 
 impl AttributeLayout {
-    pub(crate) fn of(scene: &Scene, features: &Features) -> Self {
+    pub(crate) fn of(scene: &Scene, key: &KernelKey) -> Self {
         let uv_sets = scene.meshes.iter().map(|m| m.uvs.len()).max().unwrap_or(0).max(1) as u32;
-        Self::new(features, uv_sets)
+        Self::new(key, uv_sets)
     }
 
-    pub(crate) fn new(features: &Features, uv_sets: u32) -> Self {
+    pub(crate) fn new(key: &KernelKey, uv_sets: u32) -> Self {
         let mut next = 1;
         let mut take = |on: bool, words: u32| {
             let at = next;
             next += if on { words } else { 0 };
             at
         };
-        let light = take(features.area_lights, 1);
-        let normals = take(features.vertex_normals, 3);
-        let tangents = take(features.tangents, 3);
-        let colors = take(features.vertex_colors, 6);
-        let uvs = take(features.textures, 6 * uv_sets);
+        let light = take(key.has(Part::AreaLights), 1);
+        let normals = take(key.has(Part::VertexNormals), 3);
+        let tangents = take(key.has(Part::Tangents), 3);
+        let colors = take(key.has(Part::VertexColors), 6);
+        let uvs = take(key.has(Part::Textures), 6 * uv_sets);
         Self { stride: next, light, normals, tangents, colors, uvs, uv_sets }
     }
 
@@ -54,13 +57,13 @@ impl AttributeLayout {
     }
 
     /// The records of all triangles in prim order. `light_words`: one a triangle, when area lights are sampled.
-    pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, features: &Features, light_words: &[u32]) -> Vec<u32> {
+    pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, key: &KernelKey, light_words: &[u32]) -> Vec<u32> {
         let mut words = vec![0; self.stride as usize * accel.triangles.len()];
         for (prim, (record, source)) in words.chunks_exact_mut(self.stride as usize).zip(&accel.triangles).enumerate() {
             let mesh = &scene.meshes[source.mesh as usize];
             let corners = source.corners.map(|c| c as usize);
             record[0] = mesh.material as u32;
-            if features.area_lights {
+            if key.has(Part::AreaLights) {
                 record[self.light as usize] = light_words[prim];
             }
             // Triangles baked into the world need their directions taken there too.
@@ -73,7 +76,7 @@ impl AttributeLayout {
                 cofactors * m.determinant().signum()
             });
             for (k, &corner) in corners.iter().enumerate() {
-                if features.vertex_normals {
+                if key.has(Part::VertexNormals) {
                     let normal = match &mesh.normals {
                         Some(normals) => {
                             let n = normals[corner];
@@ -83,7 +86,7 @@ impl AttributeLayout {
                     };
                     record[self.normals as usize + k] = octahedral(normal);
                 }
-                if features.tangents {
+                if key.has(Part::Tangents) {
                     let tangent = mesh.tangents.as_ref().map_or(Vec4::new(1.0, 0.0, 0.0, 1.0), |t| t[corner]);
                     let direction = tangent.truncate();
                     let direction =
@@ -93,13 +96,13 @@ impl AttributeLayout {
                     let side = u32::from((tangent.w < 0.0) != mirrored);
                     record[self.tangents as usize + k] = octahedral(direction) & !1 | side;
                 }
-                if features.vertex_colors {
+                if key.has(Part::VertexColors) {
                     let color = mesh.colors.as_ref().map_or(Vec4::ONE, |c| c[corner]).clamp(Vec4::ZERO, Vec4::ONE);
                     let unorm = color.to_array().map(|c| (c * 65535.0).round() as u32);
                     record[self.colors as usize + 2 * k] = unorm[0] | unorm[1] << 16;
                     record[self.colors as usize + 2 * k + 1] = unorm[2] | unorm[3] << 16;
                 }
-                if features.textures {
+                if key.has(Part::Textures) {
                     for set in 0..self.uv_sets as usize {
                         let uv = mesh.uvs.get(set).map_or(glam::Vec2::ZERO, |uvs| uvs[corner]);
                         let at = self.uvs as usize + 6 * set + 2 * k;

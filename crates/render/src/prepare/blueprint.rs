@@ -3,22 +3,26 @@
 use surelight_scene::Scene;
 
 use super::attributes::AttributeLayout;
-use crate::{compose::Constant, device::Device, features::Features};
+use crate::{compose::Constant, device::Device, kernel_key::KernelKey};
 
 /// What a path kernel is made from: two of the same blueprint are the same program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blueprint {
     /// What it contains.
-    pub features: Features,
+    pub(crate) key: KernelKey,
     /// What it is specialised with.
     pub constants: Vec<Constant>,
 }
 
 impl Blueprint {
+    /// What the kernel contains.
+    pub fn key(&self) -> KernelKey {
+        self.key
+    }
+
     /// With what the device decides.
     pub(crate) fn on(&self, device: &Device) -> Self {
-        let features = Features { items_image: device.reads_images(), ..self.features };
-        Self { features, constants: self.constants.clone() }
+        Self { key: self.key.on_images(device.reads_images()), constants: self.constants.clone() }
     }
 }
 

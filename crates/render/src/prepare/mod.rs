@@ -48,7 +48,12 @@ use self::{
     textures::Textures,
     unreachable::Eye,
 };
-use crate::{compose::Constant, error::RenderError, features::Features, reflect::RecordLayout};
+use crate::{
+    compose::Constant,
+    error::RenderError,
+    kernel_key::{CameraModel, Estimator, KernelKey, Part, Parts, Points, Surroundings},
+    reflect::RecordLayout,
+};
 
 pub(crate) use self::microfacets::facet_albedos;
 pub use self::settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
@@ -67,8 +72,8 @@ pub(crate) use self::{
 pub struct Prepared {
     /// The BVH and what was skipped on the way.
     pub accel: Accel,
-    /// What the kernel will contain (`items_image` is left to the device).
-    pub features: Features,
+    /// What the kernel will contain ([`Part::ItemsImage`] is left to the device).
+    key: KernelKey,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
     /// What the camera's clipping planes cut off the picture.
@@ -116,10 +121,10 @@ impl Prepared {
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
             let cut = Cut::find(scene, camera, settings);
-            let work = work(&tables.blueprint(scene, camera, settings, &used, cut));
+            let work = tables.blueprint(scene, camera, settings, &used, cut).map(|blueprint| work(&blueprint));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, cut, work)
         });
-        let accel = accel?;
+        let (accel, work) = (accel?, work?);
         let Tables { materials, textures, environment, nested } = tables;
 
         let mut view = View::new(camera, settings, accel.origin);
@@ -142,12 +147,15 @@ impl Prepared {
         let smooth: Vec<bool> =
             (0..materials.len()).map(|i| used.contains(&i) && may_be_smooth(&materials[i])).collect();
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
-        let mut features = decide(scene, camera, settings, &used_materials, lights.kinds(), environment.is_some());
-        features.instances = !accel.instances.is_empty();
-        features.camera_clip = cut.any();
         let planes = Planes::new(camera, cut);
-        features.nested = nested;
-        features.volume |= nested;
+        let found = Found {
+            lights: lights.kinds(),
+            environment_map: environment.is_some(),
+            instances: !accel.instances.is_empty(),
+            clipped: cut.any(),
+            nested,
+        };
+        let key = decide(scene, camera, settings, &used_materials, &found)?;
         let balls = casters::cover(casters::triangles(scene, accel.origin, &smooth));
         let flow = LightFlow::new(&FlowInput {
             scene,
@@ -167,8 +175,11 @@ impl Prepared {
         let mut no_caustics = None;
         if matches!(settings.integrator, Integrator::Caustics | Integrator::Auto) {
             let sky = environment.as_ref().map(|table| (table, factor));
-            let traced = match refusal(settings, &features, cut) {
-                None => Caustics::new(scene, camera, &accel, &lights, sky, &balls, features.volume, flow.delta_share),
+            let traced = match refusal(settings, &key, cut) {
+                None => {
+                    let volume = key.has(Part::Volume);
+                    Caustics::new(scene, camera, &accel, &lights, sky, &balls, volume, flow.delta_share)
+                }
                 Some(why) => Err(why),
             };
             match traced {
@@ -176,15 +187,13 @@ impl Prepared {
                 Err(why) => no_caustics = Some(why),
             }
         }
-        let unshared = features;
         let shares = |integrator| {
             let settings = Settings { integrator, ..settings.clone() };
-            may_share_paths(&settings, &unshared)
+            may_share_paths(&settings, &key)
                 && match settings.shared_paths {
                     SharedPaths::Off => false,
                     SharedPaths::Auto => {
-                        interreflection::share(scene, &accel, camera, &view, &planes)
-                            >= least_interreflection(&unshared)
+                        interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&key)
                     }
                     SharedPaths::On => true,
                 }
@@ -197,7 +206,6 @@ impl Prepared {
             caustics = caustics.filter(|_| chosen == Integrator::Caustics);
             no_caustics = None;
         }
-        features.caustics = caustics.is_some();
         // Without light sampling nothing is connected at all, which is reported of the method.
         let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
@@ -206,15 +214,21 @@ impl Prepared {
                 unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
-        features.shared_paths = shares(integrator);
-        let layout = AttributeLayout::of(scene, &features);
-        let attributes = layout.pack(scene, &accel, &features, &lights.triangle_words());
+        let key = if caustics.is_some() {
+            key.by(Estimator::LightTracing)?
+        } else if shares(integrator) {
+            key.by(Estimator::PathReuse)?
+        } else {
+            key
+        };
+        let layout = AttributeLayout::of(scene, &key);
+        let attributes = layout.pack(scene, &accel, &key, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
         // One more than the walk needs, since it writes the next entry whether or not it is kept.
         let room = Room::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
         let prepared = Self {
             accel,
-            features,
+            key,
             unreachable,
             integrator,
             choice,
@@ -238,7 +252,22 @@ impl Prepared {
     /// What the path kernel is made from.
     pub fn blueprint(&self) -> Blueprint {
         let constants = path_constants(self.room, &self.layout, self.environment.as_ref(), &self.planes);
-        Blueprint { features: self.features, constants }
+        Blueprint { key: self.key, constants }
+    }
+
+    /// What the kernel will contain; the device adds [`Part::ItemsImage`].
+    pub fn key(&self) -> KernelKey {
+        self.key
+    }
+
+    /// The same with an instrument in the kernel, for measurements and tests.
+    #[must_use]
+    pub fn instrumented(self, instrument: Instrument) -> Self {
+        let part = match instrument {
+            Instrument::RepeatedTraversal => Part::RepeatWalk,
+            Instrument::NoRoulette => Part::NoRoulette,
+        };
+        Self { key: self.key.instrumented(part), ..self }
     }
 
     /// Constants that kernels are specialised with.
@@ -253,7 +282,7 @@ impl Prepared {
 
     /// The BVH's items. Those of triangles that are panes have a bit for each of the two in word 14.
     pub(crate) fn items(&self) -> Cow<'_, [Item]> {
-        if !self.features.panes {
+        if !self.key.has(Part::Panes) {
             return Cow::Borrowed(&self.accel.items);
         }
         let panes: Vec<bool> = self.materials.iter().map(is_smooth_pane).collect();
@@ -271,6 +300,15 @@ impl Prepared {
     pub(crate) fn material_records(&self, layout: &RecordLayout) -> Vec<u8> {
         materials::write(&self.materials, layout)
     }
+}
+
+/// What measurements and tests add to a kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instrument {
+    /// Rays are traversed several times ([`crate::Renderer::set_walks`]).
+    RepeatedTraversal,
+    /// Paths end at the bounce limit alone.
+    NoRoulette,
 }
 
 /// Constants that the path kernel is specialised with.
@@ -326,7 +364,7 @@ impl Tables {
         settings: &Settings,
         used: &BTreeSet<usize>,
         cut: Cut,
-    ) -> Blueprint {
+    ) -> Result<Blueprint, RenderError> {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),
             _ => 0.0,
@@ -334,32 +372,42 @@ impl Tables {
         let sky = sampled_sky(self.environment.as_ref(), settings, scale).is_some();
         let lights = LightKinds::expected(scene, settings.integrator, sky);
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &self.materials[i]).collect();
-        let mut features = decide(scene, camera, settings, &used_materials, lights, self.environment.is_some());
-        features.instances = surelight_accel::expects_instances(scene, &settings.build);
-        features.camera_clip = cut.any();
-        features.nested = self.nested;
-        features.volume |= self.nested;
+        let found = Found {
+            lights,
+            environment_map: self.environment.is_some(),
+            instances: surelight_accel::expects_instances(scene, &settings.build),
+            clipped: cut.any(),
+            nested: self.nested,
+        };
+        let key = decide(scene, camera, settings, &used_materials, &found)?;
         // Not so where nothing smooth can be seen, say, or the camera is inside glass. Panes alone seldom reflect light onto surfaces.
         let bends = |m: &&PreparedMaterial| may_be_smooth(m) && !is_smooth_pane(m);
         let traced = match settings.integrator {
-            Integrator::Caustics => features.delta_lobes,
+            Integrator::Caustics => key.has(Part::DeltaLobes),
             Integrator::Auto => used_materials.iter().any(bends),
             _ => false,
-        } && features.light_sampling;
-        features.caustics = traced && refusal(settings, &features, cut).is_none();
+        } && key.has(Part::LightSampling)
+            && refusal(settings, &key, cut).is_none();
         // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
         let integrator = match settings.integrator {
-            Integrator::Auto if features.caustics => Integrator::Caustics,
+            Integrator::Auto if traced => Integrator::Caustics,
             Integrator::Auto => Integrator::Mis,
             other => other,
         };
-        features.shared_paths = may_share_paths(&Settings { integrator, ..settings.clone() }, &features)
+        let shared = may_share_paths(&Settings { integrator, ..settings.clone() }, &key)
             && (settings.shared_paths == SharedPaths::On
-                || settings.shared_paths == SharedPaths::Auto && !features.ggx);
-        let layout = AttributeLayout::of(scene, &features);
+                || settings.shared_paths == SharedPaths::Auto && !key.has(Part::Ggx));
+        let key = if traced {
+            key.by(Estimator::LightTracing)?
+        } else if shared {
+            key.by(Estimator::PathReuse)?
+        } else {
+            key
+        };
+        let layout = AttributeLayout::of(scene, &key);
         let constants =
             path_constants(Room::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
-        Blueprint { features, constants }
+        Ok(Blueprint { key, constants })
     }
 }
 
@@ -370,73 +418,87 @@ fn sampled_sky(environment: Option<&EnvironmentTable>, settings: &Settings, scal
     sampled.map(|e| e.total * scale).filter(|&e| e > 0.0)
 }
 
-/// Only what the scene needs.
+/// What lights, trees and tables say of a scene.
+struct Found {
+    lights: LightKinds,
+    environment_map: bool,
+    instances: bool,
+    /// Whether the camera's near or far plane cuts something off.
+    clipped: bool,
+    /// Whether volumes overlap.
+    nested: bool,
+}
+
+/// What the scene needs, and no more. Reuse of paths and light tracing are decided later.
 fn decide(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
     materials: &[&PreparedMaterial],
-    lights: LightKinds,
-    environment_map: bool,
-) -> Features {
+    found: &Found,
+) -> Result<KernelKey, RenderError> {
     let any = |test: &dyn Fn(&surelight_scene::Material) -> bool| materials.iter().any(|m| test(&m.material));
-    let texture = |slot| materials.iter().any(|m| m.has(slot));
     let placed = || scene.instances.iter().map(|i| &scene.meshes[i.mesh]);
     let absorbs = |m: &surelight_scene::Material| {
         m.volume.is_some_and(|v| v.attenuation_distance.is_finite() && v.attenuation_color.iter().any(|&c| c < 1.0))
     };
-    let emission = any(&|m| m.is_emissive());
-    let mut features = Features {
-        instances: false, // the BVH decides
-        vertex_normals: placed().any(|m| m.normals.is_some()),
-        vertex_colors: placed().any(|m| m.colors.is_some()),
-        tangents: texture(Slot::Normal) || texture(Slot::ClearcoatNormal) || any(&is_anisotropic),
-        textures: Slot::ALL.into_iter().any(texture),
-        alpha: any(&|m| m.alpha_mode != AlphaMode::Opaque),
-        ggx: any(&is_glossy),
-        metal: any(&|m| !m.unlit && m.metallic > 0.0),
+    let whitted = settings.integrator == Integrator::Whitted;
+    // Paths of no bounce sample no light.
+    let sampled = |kind: bool| kind && settings.max_bounces != Some(0);
+    let glossy = any(&is_glossy);
+    let needs = [
+        (found.instances, Part::Instances),
+        (placed().any(|m| m.normals.is_some()), Part::VertexNormals),
+        (placed().any(|m| m.colors.is_some()), Part::VertexColors),
+        (any(&|m| m.alpha_mode != AlphaMode::Opaque), Part::Alpha),
+        (glossy, Part::Ggx),
+        (any(&|m| !m.unlit && m.metallic > 0.0), Part::Metal),
         // Whitted takes all that is nearly smooth for a mirror.
-        delta_lobes: materials.iter().any(|m| may_be_smooth(m))
-            || settings.integrator == Integrator::Whitted && any(&is_glossy),
-        transmission: any(&transmits),
-        dispersion: any(&is_dispersive),
-        diffuse_transmission: any(&sends_through),
-        anisotropy: any(&is_anisotropic),
-        iridescence: any(&has_film),
-        sheen: any(&is_fibrous),
-        clearcoat: any(&is_coated),
-        volume: any(&|m| transmits(m) && absorbs(m)),
-        volume_alpha: any(&has_alpha_volume),
-        // Whitted's shadow rays end at glass.
-        panes: settings.integrator != Integrator::Whitted && materials.iter().any(|m| is_smooth_pane(m)),
-        unlit: any(&|m| m.unlit),
-        emission,
-        light_sampling: lights.any && settings.max_bounces != Some(0),
-        area_lights: lights.area && settings.max_bounces != Some(0),
-        light_tree: lights.tree && settings.max_bounces != Some(0),
-        punctual_lights: lights.punctual && settings.max_bounces != Some(0),
-        environment_uniform: matches!(&scene.environment, Some(Environment::Uniform(c)) if c.iter().any(|&c| c > 0.0)),
-        environment_map,
-        orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
-        lens: settings.aperture.is_some_and(|a| a > 0.0) && matches!(camera.projection, Projection::Perspective { .. }),
-        receiver: settings.receiver,
-        multiple_scattering: settings.multiple_scattering && any(&is_glossy),
-        clamp_radiance: settings.max_radiance.is_some(),
-        hemisphere: matches!(settings.integrator, Integrator::Hemisphere(_)),
-        area: settings.integrator == Integrator::Area,
-        whitted: settings.integrator == Integrator::Whitted,
-        directions_uniform: settings.integrator == Integrator::Hemisphere(Directions::Uniform),
-        directions_cosine: settings.integrator == Integrator::Hemisphere(Directions::Cosine),
-        sampler_independent: settings.sampler == Sampler::Independent,
-        sampler_stratified: settings.sampler == Sampler::Stratified,
-        adaptive: settings.adaptive,
-        one_scramble: settings.one_scramble && settings.sampler == Sampler::Sobol,
-        items_image: false, // the device decides
-        repeat_walk: false, // measurements alone ask for it
-        ..Features::default()
+        (materials.iter().any(|m| may_be_smooth(m)) || whitted && glossy, Part::DeltaLobes),
+        (any(&transmits), Part::Transmission),
+        (any(&is_dispersive), Part::Dispersion),
+        (any(&sends_through), Part::DiffuseTransmission),
+        (any(&is_anisotropic), Part::Anisotropy),
+        (any(&has_film), Part::Iridescence),
+        (any(&is_fibrous), Part::Sheen),
+        (any(&is_coated), Part::Clearcoat),
+        (any(&|m| transmits(m) && absorbs(m)), Part::Volume),
+        (found.nested, Part::Nested),
+        (any(&has_alpha_volume), Part::VolumeAlpha),
+        (!whitted && materials.iter().any(|m| is_smooth_pane(m)), Part::Panes),
+        (any(&|m| m.unlit), Part::Unlit),
+        (any(&|m| m.is_emissive()), Part::Emission),
+        (sampled(found.lights.any), Part::LightSampling),
+        (sampled(found.lights.area), Part::AreaLights),
+        (sampled(found.lights.tree), Part::LightTree),
+        (sampled(found.lights.punctual), Part::PunctualLights),
+        (found.clipped, Part::CameraClip),
+        (settings.multiple_scattering && glossy, Part::MultipleScattering),
+        (settings.max_radiance.is_some(), Part::ClampRadiance),
+        (settings.adaptive, Part::Adaptive),
+    ];
+    let slots = Slot::ALL.into_iter().map(|slot| (materials.iter().any(|m| m.has(slot)), slot.part()));
+    let parts: Parts = needs.into_iter().chain(slots).filter(|(needed, _)| *needed).map(|(_, part)| part).collect();
+    let method = match settings.integrator {
+        Integrator::Hemisphere(directions) => Estimator::Hemisphere(directions),
+        Integrator::Area => Estimator::Area,
+        Integrator::Whitted => Estimator::Whitted,
+        Integrator::Mis | Integrator::Caustics | Integrator::Auto => Estimator::Mis,
     };
-    Slot::ALL.into_iter().filter(|&slot| texture(slot)).for_each(|slot| slot.enable(&mut features));
-    features
+    let has_aperture = settings.aperture.is_some_and(|aperture| aperture > 0.0);
+    let camera = match camera.projection {
+        _ if settings.receiver => CameraModel::Receiver,
+        Projection::Orthographic { .. } => CameraModel::Orthographic,
+        Projection::Perspective { .. } if has_aperture => CameraModel::ThinLens,
+        Projection::Perspective { .. } => CameraModel::Pinhole,
+    };
+    let surroundings = match &scene.environment {
+        _ if found.environment_map => Surroundings::Map,
+        Some(Environment::Uniform(radiance)) if radiance.iter().any(|&c| c > 0.0) => Surroundings::Uniform,
+        _ => Surroundings::Black,
+    };
+    let points = Points::new(settings.sampler, settings.one_scramble);
+    Ok(KernelKey::new(method, points, camera, surroundings, parts)?)
 }
 
 /// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`] traces it from the lights.
@@ -486,20 +548,12 @@ fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce()
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.
-fn refusal(settings: &Settings, features: &Features, cut: Cut) -> Option<&'static str> {
-    if features.volume && cut.medium {
-        Some("the camera's near plane cuts an absorbing medium")
-    } else if settings.receiver {
-        Some("a receiver is measured, which is no camera")
-    } else if features.nested {
-        Some("volumes overlap")
-    } else if features.volume_alpha {
-        Some("a volume has alpha")
-    } else if settings.max_bounces.is_some_and(|most| most < 2) {
-        Some("paths are too short for it")
-    } else {
-        None
+fn refusal(settings: &Settings, key: &KernelKey, cut: Cut) -> Option<&'static str> {
+    if key.has(Part::Volume) && cut.medium {
+        return Some("the camera's near plane cuts an absorbing medium");
     }
+    let short = settings.max_bounces.is_some_and(|most| most < 2);
+    key.objection(Estimator::LightTracing).or(short.then_some("paths are too short for it"))
 }
 
 /// Whether some surface of a scene may be so smooth that [`Integrator::Caustics`] differs from [`Integrator::Mis`].
@@ -510,23 +564,18 @@ pub fn may_have_caustics(scene: &Scene) -> bool {
     used.into_iter().map(|i| &scene.materials[i]).any(smooth)
 }
 
-/// Whether there is something that neighbours can share. Where the choice of a colour or of a medium hangs on the path's past, they cannot.
-fn may_share_paths(settings: &Settings, features: &Features) -> bool {
-    let light =
-        features.light_sampling || features.emission || features.environment_uniform || features.environment_map;
-    let bounces = settings.max_bounces.is_none_or(|most| most > 1);
+/// Whether there is something that neighbours can share, and nothing that keeps them from it.
+fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
+    let light = [Part::LightSampling, Part::Emission, Part::EnvironmentUniform, Part::EnvironmentMap];
     settings.integrator == Integrator::Mis
-        && light
-        && bounces
-        && !features.receiver
-        && !features.dispersion
-        && !features.nested
-        && !features.volume_alpha
+        && light.into_iter().any(|part| key.has(part))
+        && settings.max_bounces.is_none_or(|most| most > 1)
+        && key.objection(Estimator::PathReuse).is_none()
 }
 
 /// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
-fn least_interreflection(features: &Features) -> f64 {
-    if features.ggx { 0.6 } else { 0.35 }
+fn least_interreflection(key: &KernelKey) -> f64 {
+    if key.has(Part::Ggx) { 0.6 } else { 0.35 }
 }
 
 /// Whether light may go straight through some of the surface.

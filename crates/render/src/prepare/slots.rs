@@ -3,7 +3,7 @@
 use surelight_scene::{Material, TextureRef};
 
 use super::lobes::{has_facets, has_film, is_anisotropic, is_coated, is_fibrous, sends_through};
-use crate::features::Features;
+use crate::kernel_key::Part;
 
 /// A texture's place in a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,26 +99,26 @@ impl Slot {
         }
     }
 
-    /// Switches the kernel's lookup on.
-    pub(super) fn enable(self, features: &mut Features) {
-        *match self {
-            Self::BaseColor => &mut features.base_color_texture,
-            Self::MetallicRoughness => &mut features.metallic_roughness_texture,
-            Self::Normal => &mut features.normal_texture,
-            Self::Emissive => &mut features.emissive_texture,
-            Self::Specular => &mut features.specular_texture,
-            Self::SpecularColor => &mut features.specular_color_texture,
-            Self::Transmission => &mut features.transmission_texture,
-            Self::Clearcoat => &mut features.clearcoat_texture,
-            Self::ClearcoatRoughness => &mut features.clearcoat_roughness_texture,
-            Self::ClearcoatNormal => &mut features.clearcoat_normal_texture,
-            Self::SheenColor => &mut features.sheen_color_texture,
-            Self::SheenRoughness => &mut features.sheen_roughness_texture,
-            Self::Anisotropy => &mut features.anisotropy_texture,
-            Self::Iridescence => &mut features.iridescence_texture,
-            Self::IridescenceThickness => &mut features.iridescence_thickness_texture,
-            Self::DiffuseTransmission => &mut features.diffuse_transmission_texture,
-            Self::DiffuseTransmissionColor => &mut features.diffuse_transmission_color_texture,
-        } = true;
+    /// The part of the kernel that looks it up.
+    pub(super) fn part(self) -> Part {
+        match self {
+            Self::BaseColor => Part::BaseColorTexture,
+            Self::MetallicRoughness => Part::MetallicRoughnessTexture,
+            Self::Normal => Part::NormalTexture,
+            Self::Emissive => Part::EmissiveTexture,
+            Self::Specular => Part::SpecularTexture,
+            Self::SpecularColor => Part::SpecularColorTexture,
+            Self::Transmission => Part::TransmissionTexture,
+            Self::Clearcoat => Part::ClearcoatTexture,
+            Self::ClearcoatRoughness => Part::ClearcoatRoughnessTexture,
+            Self::ClearcoatNormal => Part::ClearcoatNormalTexture,
+            Self::SheenColor => Part::SheenColorTexture,
+            Self::SheenRoughness => Part::SheenRoughnessTexture,
+            Self::Anisotropy => Part::AnisotropyTexture,
+            Self::Iridescence => Part::IridescenceTexture,
+            Self::IridescenceThickness => Part::IridescenceThicknessTexture,
+            Self::DiffuseTransmission => Part::DiffuseTransmissionTexture,
+            Self::DiffuseTransmissionColor => Part::DiffuseTransmissionColorTexture,
+        }
     }
 }
