@@ -156,6 +156,8 @@ features! {
     shared_paths,
     /// Where noise is strong, a sample is the mean of several paths.
     adaptive,
+    /// The environment does not show to the camera; coverage is counted.
+    transparent,
     /// Paths end at the bounce limit alone: for tests of roulette.
     no_roulette,
     /// Rays are walked several times, to measure what a walk costs.

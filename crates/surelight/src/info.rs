@@ -16,7 +16,7 @@ use crate::{camera, console, light};
 use contents::Contents;
 
 /// Parts that follow from options, methods or the device: that a scene does without them says nothing about it.
-const CHOSEN: [&str; 17] = [
+const CHOSEN: [&str; 18] = [
     "items_image",
     "lens",
     "receiver",
@@ -33,6 +33,7 @@ const CHOSEN: [&str; 17] = [
     "no_roulette",
     "shared_paths",
     "adaptive",
+    "transparent",
     "repeat_walk",
 ];
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use surelight_film::{MergePlan, PartFile};
+use surelight_film::{MergePlan, PartFile, TRANSPARENT};
 
 use crate::error::Error;
 use crate::options::Tonemap;
@@ -41,8 +41,9 @@ pub(crate) struct MergeArgs {
 pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     output::check(&args.output, &args.parts)?;
     let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let transparent = parts.iter().any(|part| part.metadata.settings.contains_key(TRANSPARENT));
     let plan = MergePlan::new(parts)?;
-    render::check_memory(&plan.window)?;
+    render::check_memory(&plan.window, transparent)?;
     let (missing, samples) = (plan.missing, plan.samples);
     let (film, metadata) = plan.join()?;
     render::write(&args.output, &film, &render::display(args.exposure, args.tonemap), &metadata)?;

@@ -58,6 +58,11 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub(crate) adaptive: bool,
 
+    /// The environment lights the scene but does not show: A is the share of a pixel that something covers; premultiplied in
+    /// the EXR, straight in the PNG. What a pane shows straight through it is not covered, what is reflected or refracted is
+    #[arg(long)]
+    pub(crate) transparent: bool,
+
     /// Brightens the PNG by this many stops
     #[arg(
         long,

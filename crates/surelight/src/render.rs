@@ -92,7 +92,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
 
     let window = args.parts.window(loaded.view.size)?;
     let mut record = Record::new(args, &method, &loaded, &device, &renderer, window);
-    check_memory(&window)?;
+    check_memory(&window, args.transparent)?;
     let (mut film, standing) = if earlier.is_some() {
         checkpoint.read(&mut record)?
     } else {
@@ -184,10 +184,12 @@ impl Stages {
 }
 
 /// A sentence where memory does not suffice for a film: running out later would end the program without a word.
-pub(crate) fn check_memory(window: &Window) -> Result<(), Error> {
+pub(crate) fn check_memory(window: &Window, transparent: bool) -> Result<(), Error> {
     // Moments, 4 of scratch, the features, and the encoded image with its moments while it is written.
     const BYTES_A_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
-    let bytes = window.area() * BYTES_A_PIXEL;
+    // Coverage likewise.
+    const COVERAGE_BYTES: u64 = 16 + 4 * 4;
+    let bytes = window.area() * (BYTES_A_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
     let [width, height] = window.size;
     let gib = bytes as f64 / f64::from(1 << 30);

@@ -430,6 +430,7 @@ fn decide(
         sampler_independent: settings.sampler == Sampler::Independent,
         sampler_stratified: settings.sampler == Sampler::Stratified,
         adaptive: settings.adaptive,
+        transparent: settings.transparent,
         one_scramble: settings.one_scramble && settings.sampler == Sampler::Sobol,
         items_image: false, // the device decides
         repeat_walk: false, // measurements alone ask for it

@@ -104,6 +104,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
             SharedPaths::Off => surelight_render::SharedPaths::Off,
         },
         adaptive: args.adaptive,
+        transparent: args.transparent,
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),
