@@ -106,7 +106,15 @@ pub fn everything() -> Vec<Features> {
 /// Features that a scene may lack in the general kernel: what the device or the settings choose instead.
 pub fn chosen_elsewhere() -> Vec<&'static str> {
     let mut names: Vec<_> = ALTERNATIVES.iter().flat_map(|group| group.iter().copied()).collect();
-    names.extend(["items_image", "multiple_scattering", "no_roulette", "repeat_walk", "adaptive", "transparent", "camera_clip"]);
+    names.extend([
+        "items_image",
+        "multiple_scattering",
+        "no_roulette",
+        "repeat_walk",
+        "adaptive",
+        "transparent",
+        "camera_clip",
+    ]);
     names
 }
 

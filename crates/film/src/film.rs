@@ -252,11 +252,7 @@ impl Film {
     }
 
     /// A film from the totals of its pixels, as a file gives them back.
-    pub(crate) fn from_pixels(
-        window: Window,
-        pixels: Vec<PixelMoments>,
-        coverage: Option<Vec<DoubleDouble>>,
-    ) -> Self {
+    pub(crate) fn from_pixels(window: Window, pixels: Vec<PixelMoments>, coverage: Option<Vec<DoubleDouble>>) -> Self {
         let lane_of_pixel = vec![NONE; pixels.len()];
         Self { window, pixels, coverage, features: None, refused: 0, lane_of_pixel }
     }

@@ -60,7 +60,8 @@ fn straight(film: &Film, i: usize, display: &Display) -> [u8; 4] {
 /// # Errors
 /// Where the size does not fit or the file cannot be written; the target is then as it was.
 pub fn write_rgb8_png(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), WriteError> {
-    let bytes = encode(width, height, pixels.as_flattened(), ExtendedColorType::Rgb8).map_err(|cause| WriteError::new(path, cause))?;
+    let bytes = encode(width, height, pixels.as_flattened(), ExtendedColorType::Rgb8)
+        .map_err(|cause| WriteError::new(path, cause))?;
     crate::write_file(path, &bytes)
 }
 

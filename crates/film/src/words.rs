@@ -38,9 +38,8 @@ pub(crate) fn checksum(film: &Film, samples: [u64; 2]) -> String {
         let hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
         hash ^ hash >> 29
     };
-    let hash = |words: &mut dyn Iterator<Item = u32>| {
-        words.fold(0xcbf2_9ce4_8422_2325, |hash, word| step(hash, word.into()))
-    };
+    let hash =
+        |words: &mut dyn Iterator<Item = u32>| words.fold(0xcbf2_9ce4_8422_2325, |hash, word| step(hash, word.into()));
     let mut hashes: Vec<u64> = pixels
         .par_chunks(CHUNK)
         .map(|pixels| hash(&mut pixels.iter().flat_map(|pixel| (0..WORDS).map(|i| pixel.word(i)))))

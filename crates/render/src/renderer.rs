@@ -326,7 +326,8 @@ impl<'a> Renderer<'a> {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
-                let samples = |x, y| self.shares.as_ref().map_or(samples, |(shares, _)| shares.samples([x, y], samples));
+                let samples =
+                    |x, y| self.shares.as_ref().map_or(samples, |(shares, _)| shares.samples([x, y], samples));
                 let added = match &coverage {
                     Some(coverage) => {
                         let coverage = &coverage[k * pixels.len()..][..pixels.len()];

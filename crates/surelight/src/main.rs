@@ -15,6 +15,7 @@ mod error;
 mod fingerprint;
 mod headless;
 mod info;
+mod input;
 mod integrate;
 mod interrupt;
 mod light;
@@ -84,7 +85,12 @@ fn met(target: bool) -> ExitCode {
 fn render(args: &options::RenderArgs) -> Result<ExitCode, Error> {
     let summary = render::run(args)?;
     let text = if args.json { summary.json().map_err(|e| Error::Print(e.into()))? } else { summary.to_string() };
-    console::result(&text)?;
+    // Where an image goes to standard output, nothing else may.
+    if args.writes_to_stdout() {
+        console::note(text.trim_end())
+    } else {
+        console::result(&text)?
+    }
     Ok(match summary.stopped {
         summary::Stop::Done => ExitCode::SUCCESS,
         summary::Stop::Time | summary::Stop::Samples | summary::Stop::Interrupt => ExitCode::from(STOPPED_EARLY),

@@ -8,22 +8,31 @@ use surelight_film::LEAST_SAMPLES;
 use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
+use crate::input::{SceneSource, scene_sources};
 use crate::method::{MethodArgs, Sampler};
-use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
+use crate::parse::{self as value, Bounces, Format, OutputName, OutputPath, Selector, Size};
 use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
 
 /// `surelight [render] SCENE`.
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// The scene, a .glb or .gltf file
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    /// The scene, a .glb or .gltf file; `-` reads one that needs no other files from standard input
+    #[arg(value_name = "SCENE", value_parser = scene_sources())]
+    pub(crate) scene: SceneSource,
 
-    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB
-    /// [default: the scene's name as .png and .exr in the current folder]
-    #[arg(short, long, value_name = "PATH", value_parser = value::output_paths())]
-    pub(crate) output: Vec<OutputPath>,
+    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB; `-`: standard output, and the
+    /// summary goes to standard error [default: the scene's name as .png and .exr in the current folder]
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_names())]
+    pub(crate) output: Vec<OutputName>,
+
+    /// What to write to `-o -`, and under names that end in neither .png nor .exr
+    #[arg(long, value_enum, requires = "output")]
+    pub(crate) format: Option<Format>,
+
+    /// What `--output` and `--format` come to; set once both are known
+    #[arg(skip)]
+    pub(crate) outputs: Vec<OutputPath>,
 
     /// Pixels [default: 1024 on the longer side, the camera's aspect]
     #[arg(long, value_name = "WxH", value_parser = value::size)]
@@ -118,6 +127,23 @@ impl RenderArgs {
     pub(crate) fn is_one_sequence(&self) -> bool {
         let short = self.planned().is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
         self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
+    }
+
+    /// Whether an image goes to standard output.
+    pub(crate) fn writes_to_stdout(&self) -> bool {
+        self.outputs.iter().any(OutputPath::is_stdout)
+    }
+
+    /// What is wrong with the way outputs are combined with other options, if anything.
+    pub(crate) fn output_conflict(&self) -> Option<&'static str> {
+        let only_stdout = self.writes_to_stdout() && self.outputs.len() == 1;
+        if self.json && self.writes_to_stdout() {
+            Some("the arguments '--json' and '-o -' both want standard output; name a file for one of them")
+        } else if self.parts.resume && only_stdout {
+            Some("the argument '--resume' needs an output that is a file: the checkpoint lies beside it")
+        } else {
+            None
+        }
     }
 
     /// Samples a pixel that are planned from the beginning.
@@ -260,9 +286,9 @@ impl FileArgs {
 /// `surelight info SCENE`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// The scene, a .glb or .gltf file
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    /// The scene, a .glb or .gltf file; `-` reads one that needs no other files from standard input
+    #[arg(value_name = "SCENE", value_parser = scene_sources())]
+    pub(crate) scene: SceneSource,
 
     #[command(flatten)]
     pub(crate) file: FileArgs,

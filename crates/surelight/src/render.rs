@@ -5,15 +5,19 @@ mod prepare;
 mod record;
 mod report;
 
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use surelight_film::{Display, Film, Metadata, PixelMoments, ToneMap, Window, write_exr, write_png};
+use surelight_film::{
+    Display, Film, Metadata, PixelMoments, ToneMap, Window, WriteError, encode_exr, encode_png, write_exr, write_png,
+};
 use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
 use crate::error::Error;
 use crate::method::MethodArgs;
 use crate::options::{RenderArgs, Tonemap};
-use crate::parse::{Format, OutputPath};
+use crate::parse::{Format, OutputPath, STANDARD_OUTPUT};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary};
 use crate::{interrupt, output};
@@ -40,7 +44,7 @@ struct Finished<'a> {
     /// Samples a pixel that come from a checkpoint.
     resumed_spp: u32,
     /// The checkpoint that is left.
-    checkpoint: Option<std::path::PathBuf>,
+    checkpoint: Option<PathBuf>,
     counts: Counts,
     device_bytes: u64,
     seconds: Seconds,
@@ -50,24 +54,24 @@ struct Finished<'a> {
 pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let start = Instant::now();
     interrupt::listen();
-    let outputs = output::choose(&args.scene, &args.output);
-    let inputs: Vec<_> = std::iter::once(&args.scene).chain(&args.light.env).cloned().collect();
+    let outputs = output::choose(&args.scene, &args.outputs);
+    let inputs: Vec<_> = args.scene.file().into_iter().chain(args.light.env.as_deref()).map(Path::to_owned).collect();
     let mut checkpoint = Checkpoint::beside(&outputs);
-    output::check(&[outputs.clone(), vec![checkpoint.output()]].concat(), &inputs)?;
+    output::check(&outputs.iter().cloned().chain(checkpoint.output()).collect::<Vec<_>>(), &inputs)?;
     let earlier = checkpoint.look(args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
     let mut seconds = Seconds::default();
 
-    progress.stage("loading", &args.scene);
+    progress.stage("loading", args.scene.name());
     // Drivers take their time to open a device; files are read meanwhile.
     let adapter = prepare::adapter_choice(args.adapter.as_ref());
     let (loaded, device) = std::thread::scope(|scope| {
         let device = scope.spawn(|| Device::new(&adapter));
         let loaded = Loaded::new(args, &outputs).and_then(|loaded| {
             seconds.load = stages.end()?;
-            progress.stage("opening a device for", &args.scene);
+            progress.stage("opening a device for", args.scene.name());
             Ok(loaded)
         });
         (loaded, device.join())
@@ -79,11 +83,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let settings = prepare::settings(args, &loaded.view);
     loaded.warnings.extend(args.method.warning(&loaded.scene));
 
-    progress.stage("building the BVH of", &args.scene);
+    progress.stage("building the BVH of", args.scene.name());
     let (prepared, ahead) = loaded.prepare(&device, &settings)?;
     seconds.bvh = stages.end()?;
 
-    progress.stage("compiling the kernel for", &args.scene);
+    progress.stage("compiling the kernel for", args.scene.name());
     let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
     let method = args.method.with(prepared.integrator);
     let choice = prepared.choice.clone();
@@ -108,7 +112,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
 
     if args.adaptive {
-        progress.stage("looking for noise in", &args.scene);
+        progress.stage("looking for noise in", args.scene.name());
         renderer.adapt(args.planned(), &mut |_| !interrupt::requested())?;
         seconds.adapt = stages.end()?;
     }
@@ -145,7 +149,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.write = stages.lap();
     progress.finish();
     seconds.total = start.elapsed().as_secs_f64();
-    loaded.warnings.extend(checkpoint.failure.take().map(|failure| format!("no checkpoint was saved: {failure}")));
+    let nowhere = outcome != Outcome::Done && checkpoint.path().is_none();
+    let nowhere = nowhere.then(|| format!("{STANDARD_OUTPUT} has no place beside it; add an output that is a file"));
+    let unsaved = checkpoint.failure.take().or(nowhere);
+    loaded.warnings.extend(unsaved.map(|cause| format!("no checkpoint was saved: {cause}")));
     let finished = Finished {
         args,
         outputs: &outputs,
@@ -159,7 +166,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         outcome,
         standing,
         resumed_spp,
-        checkpoint: (outcome != Outcome::Done).then(|| checkpoint.path().to_owned()),
+        checkpoint: checkpoint.path().filter(|_| outcome != Outcome::Done).map(Path::to_owned),
         counts: renderer.counts,
         device_bytes: renderer.device_bytes,
         seconds,
@@ -210,8 +217,10 @@ pub(crate) fn display(exposure: f32, tonemap: Tonemap) -> Display {
 /// Writes all outputs; one that fails does not keep the others from being written.
 pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
     let (mut failed, mut saved) = (Vec::new(), Vec::new());
-    for OutputPath { path, format } in outputs {
+    for output in outputs {
+        let OutputPath { path, format } = output;
         let written = match format {
+            _ if output.is_stdout() => write_stdout(*format, film, display, metadata),
             Format::Exr => write_exr(path, film, metadata),
             Format::Png => write_png(path, film, display),
         };
@@ -221,4 +230,19 @@ pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, meta
         }
     }
     if failed.is_empty() { Ok(()) } else { Err(Error::Outputs { failed, saved, checkpoint: None }) }
+}
+
+/// Writes an image to standard output.
+fn write_stdout(format: Format, film: &Film, display: &Display, metadata: &Metadata) -> Result<(), WriteError> {
+    let fail = |cause: String| WriteError { path: "-".into(), cause };
+    let bytes = match format {
+        Format::Exr => encode_exr(film, metadata),
+        Format::Png => encode_png(film, display),
+    };
+    let mut out = std::io::stdout().lock();
+    out.write_all(&bytes.map_err(fail)?).and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        ErrorKind::BrokenPipe => fail("the program that reads it has ended".into()),
+        ErrorKind::StorageFull => fail("the disk is full".into()),
+        _ => fail(error.to_string()),
+    })
 }

@@ -24,8 +24,8 @@ const MAX_ENTRIES: usize = 1 << 12;
 
 /// Reads what a URI refers to; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folder: &Path, limit: u64, place: &str) -> Result<Vec<u8>> {
-    match uri.get(..5) {
-        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => decode_data(&uri[5..], limit, place),
+    match uri {
+        _ if is_data(uri) => decode_data(&uri[5..], limit, place),
         _ => {
             let path = resolve(uri, folder, place)?;
             // Opening a pipe would wait for a writer.
@@ -55,10 +55,15 @@ fn with_near_match(fault: Fault, folder: &Path) -> Fault {
 
 /// Bytes behind a URI without reading them, or a little more for `data:`; 0 when there are none.
 pub(crate) fn size(uri: &str, folder: &Path) -> u64 {
-    match uri.get(..5) {
-        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => uri.len() as u64,
+    match uri {
+        _ if is_data(uri) => uri.len() as u64,
         _ => resolve(uri, folder, "").ok().and_then(|path| path.metadata().ok()).map_or(0, |metadata| metadata.len()),
     }
+}
+
+/// Whether a URI holds its bytes itself.
+pub(crate) fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
 /// Path of the file that a URI names, relative to the scene's folder; `None` where it

@@ -114,7 +114,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         "projection": format!("{:?}", view.camera.projection),
     });
     let all = [
-        ("scene", json!(args.scene.display().to_string())),
+        ("scene", json!(args.scene.name().display().to_string())),
         ("width", json!(view.size.width)),
         ("height", json!(view.size.height)),
         ("max-bounces", args.max_bounces.0.map_or(json!("unlimited"), |n| json!(n))),

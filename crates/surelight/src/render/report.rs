@@ -4,6 +4,7 @@ use surelight_film::{Precision, Reach};
 use surelight_render::Outcome;
 
 use crate::method::word;
+use crate::parse::OutputPath;
 use crate::progress::mega_rate;
 use crate::stopping::Bound;
 use crate::summary::{Adapter, Intervals, RelativeError, Stop, Summary};
@@ -25,8 +26,8 @@ impl Finished<'_> {
         }
         Summary {
             version: env!("CARGO_PKG_VERSION"),
-            scene: self.args.scene.display().to_string(),
-            outputs: self.outputs.iter().map(|output| output.path.display().to_string()).collect(),
+            scene: self.args.scene.name().display().to_string(),
+            outputs: self.outputs.iter().map(OutputPath::name).collect(),
             width: self.film.width(),
             height: self.film.height(),
             adapter: Adapter {
