@@ -141,9 +141,11 @@ impl<'a> Channels<'a> {
             for word in 0..WORDS {
                 all.push(word_name(word).as_str().into(), SampleType::U32, Box::new(move |i| pixels[i].word(word)));
             }
-            for (word, sums) in (0..COVERAGE_WORDS).zip(std::iter::repeat(film.coverage_sums()).flatten()) {
-                let name = word_name(WORDS + word);
-                all.push(name.as_str().into(), SampleType::U32, Box::new(move |i| coverage_word(sums[i], word)));
+            if let Some(sums) = film.coverage_sums() {
+                for word in 0..COVERAGE_WORDS {
+                    let bits = move |i: usize| coverage_word(sums[i], word);
+                    all.push(word_name(WORDS + word).as_str().into(), SampleType::U32, Box::new(bits));
+                }
             }
         }
         all.list.sort_by(|a, b| a.name.cmp(&b.name));
