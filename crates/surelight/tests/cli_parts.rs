@@ -228,7 +228,7 @@ fn transparent_parts_merge_and_resume_to_the_whole() {
     folder.run(&format!("{line} -o opaque.exr --samples 0..24")).succeeded();
     folder.run("merge opaque.exr rest.exr -o b.exr").failed_with(&["--transparent is not set", "true"]);
     folder.run(&format!("{line} -o rest.checkpoint.exr --samples 0..24")).succeeded();
-    let resumed = folder.run(&format!("{line} -o rest.png --samples 0..24 --transparent --resume"));
+    let resumed = folder.run(&format!("{line} -o rest.exr --samples 0..24 --transparent --resume"));
     resumed.failed_with(&["--transparent is not set there", "true here"]);
 }
 
