@@ -140,8 +140,8 @@ impl Film {
         self.add(samples, pixel_of_lane, sums, None)
     }
 
-    /// Likewise, with what the coverage of each lane's samples adds up to: 0 to their number. From here on the film has
-    /// coverage ([`Self::coverage`]), and its radiance is premultiplied by it.
+    /// Likewise, with what the coverage of each lane's samples adds up to: 0 to their number. From
+    /// here on the film has coverage ([`Self::coverage`]), and its radiance is premultiplied by it.
     ///
     /// # Errors
     /// Where the batch does not fit the film. The film is then unchanged.
@@ -292,9 +292,9 @@ impl Film {
         self.coverage.is_some()
     }
 
-    /// Coverage of pixel `i`, 0 to 1: the share of its samples that meet something other than the environment, where that
-    /// is counted; 1 where it is not, for then the environment is part of the picture.
-    /// Panics where there is no such pixel, like indexing a slice.
+    /// Coverage of pixel `i`, 0 to 1: the share of its samples that meet something other than the
+    /// environment, where that is counted; 1 where it is not, for then the environment is part of
+    /// the picture. Panics where there is no such pixel, like indexing a slice.
     pub fn coverage(&self, i: usize) -> f64 {
         let samples = self.pixels[i].samples();
         match &self.coverage {

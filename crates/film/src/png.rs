@@ -25,8 +25,9 @@ impl Display {
     }
 }
 
-/// Writes the mean of a film as an 8-bit RGB PNG; of a film with coverage, as RGBA with straight alpha: the colour of what
-/// covers a pixel is tone mapped, and alpha is the linear share that it covers.
+/// Writes the mean of a film as an 8-bit RGB PNG; of a film with coverage, as RGBA with straight
+/// alpha: the colour of what covers a pixel is tone mapped, and alpha is the linear share that it
+/// covers.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.

@@ -16,7 +16,8 @@ pub(crate) const PREFIX: &str = "Moments.";
 /// Words of a pixel's coverage. They are numbered from [`WORDS`] on.
 pub(crate) const COVERAGE_WORDS: usize = 4;
 
-/// A word of a pixel's coverage: bits of the double-double sum, the lower word of each double first.
+/// A word of a pixel's coverage: bits of the double-double sum, the lower word of each double
+/// first.
 pub(crate) fn coverage_word(sum: DoubleDouble, word: usize) -> u32 {
     (sum.words()[word / 2].to_bits() >> (32 * (word % 2))) as u32
 }

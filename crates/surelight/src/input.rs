@@ -67,7 +67,8 @@ impl SceneSource {
     }
 }
 
-/// All bytes of a stream; the first ones alone where these are no beginning of a scene, which the importer then says.
+/// All bytes of a stream; the first ones alone where these are no beginning of a scene, which the
+/// importer then says.
 fn read(mut stream: impl Read, limit: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.by_ref().take(HEAD.min(limit)).read_to_end(&mut bytes)?;

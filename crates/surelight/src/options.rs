@@ -21,8 +21,9 @@ pub(crate) struct RenderArgs {
     #[arg(value_name = "SCENE", value_parser = scene_sources())]
     pub(crate) scene: SceneSource,
 
-    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB; `-`: standard output, and the
-    /// summary goes to standard error [default: the scene's name as .png and .exr in the current folder]
+    /// File to write; repeat it for several. .exr: linear, all layers; .png: tone mapped, sRGB;
+    /// `-`: standard output, and the summary goes to standard error [default: the scene's name as
+    /// .png and .exr in the current folder]
     #[arg(short, long, value_name = "PATH", value_parser = value::output_names())]
     pub(crate) output: Vec<OutputName>,
 
@@ -67,8 +68,9 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub(crate) adaptive: bool,
 
-    /// The environment lights the scene but does not show: A is the share of a pixel that something covers; premultiplied in
-    /// the EXR, straight in the PNG. What a pane shows straight through it is not covered, what is reflected or refracted is
+    /// The environment lights the scene but does not show: A is the share of a pixel that something
+    /// covers; premultiplied in the EXR, straight in the PNG. What a pane shows straight through it
+    /// is not covered, what is reflected or refracted is
     #[arg(long)]
     pub(crate) transparent: bool,
 

@@ -196,7 +196,8 @@ fn checkpoints_of_other_renders_are_told_and_left_alone() {
     assert!(ran.stderr.contains("no checkpoint \"b.checkpoint.exr\""), "{ran:#?}");
 }
 
-/// Coverage is cut, joined and gone on with like radiance, and parts without it are of another render.
+/// Coverage is cut, joined and gone on with like radiance, and parts without it are of another
+/// render.
 #[test]
 fn transparent_parts_merge_and_resume_to_the_whole() {
     let folder = Folder::new();

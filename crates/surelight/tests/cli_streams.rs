@@ -131,7 +131,8 @@ fn scenes_come_from_standard_input() {
     assert!(ran.status.success() && ran.stdout == fs::read(folder.path("stdin.exr")).unwrap());
 }
 
-/// What is no scene is refused without reading on; nothing beside the program's folder is a part of what comes through a pipe.
+/// What is no scene is refused without reading on; nothing beside the program's folder is a part of
+/// what comes through a pipe.
 #[test]
 fn scenes_from_standard_input_must_be_whole() {
     let folder = Folder::new();

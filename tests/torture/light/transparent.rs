@@ -75,7 +75,8 @@ fn ways() -> Vec<(String, Settings)> {
     ways
 }
 
-/// A card whose edge cuts a column of pixels: A is the area covered, and the card's radiance ρ under the sky is premultiplied by it.
+/// A card whose edge cuts a column of pixels: A is the area covered, and the card's radiance ρ
+/// under the sky is premultiplied by it.
 #[test]
 fn coverage_is_the_area_of_a_pixel() {
     let mut scene = under_sky();
@@ -163,8 +164,9 @@ fn exhibits() -> Scene {
     scene
 }
 
-/// Behind a transparent picture, the sky makes the picture that has it: what is seen through panes is dimmed by them, and what is
-/// refracted or reflected is part of the picture. The same paths are traced, so that this holds to rounding.
+/// Behind a transparent picture, the sky makes the picture that has it: what is seen through panes
+/// is dimmed by them, and what is refracted or reflected is part of the picture. The same paths are
+/// traced, so that this holds to rounding.
 #[test]
 fn over_its_sky_it_is_the_whole_picture() {
     let scene = exhibits();
@@ -185,7 +187,8 @@ fn over_its_sky_it_is_the_whole_picture() {
     }
 }
 
-/// Light that comes straight through a pane is not covered: 1 − F of the rays, times the pane's tint.
+/// Light that comes straight through a pane is not covered: 1 − F of the rays, times the pane's
+/// tint.
 #[test]
 fn a_pane_covers_what_it_keeps_back() {
     let mut scene = under_sky();

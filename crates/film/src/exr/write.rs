@@ -23,8 +23,9 @@ use crate::{Film, Metadata, WriteError};
 /// `Tail.K` ([`crate::Certificate`]), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
-/// `A` is coverage ([`Film::coverage`]), by which `R G B` and the variance are premultiplied; without coverage it is 1: the
-/// environment is part of the picture. The variance layers are left out where no
+/// `A` is coverage ([`Film::coverage`]), by which `R G B` and the variance are premultiplied;
+/// without coverage it is 1: the environment is part of the picture. The variance layers are left
+/// out where no
 /// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
 /// A crop's data window is its place in the display window, which is the whole image.
 ///

@@ -71,7 +71,8 @@ pub struct LoadOptions {
     pub max_geometry_bytes: u64,
     /// Most placed meshes.
     pub max_instances: usize,
-    /// Whether to refuse a scene that refers to other files: one that comes through a pipe has no folder to find them in.
+    /// Whether to refuse a scene that refers to other files: one that comes through a pipe has no
+    /// folder to find them in.
     pub self_contained: bool,
 }
 
