@@ -42,6 +42,11 @@ impl BatchSum {
         Self::new(both, self.largest().max(largest), (f64::from(self.squares()) + squares) as f32)
     }
 
+    /// Whether a film takes it: a sum that is not finite would poison a pixel for good.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.sum.iter().all(|sum| sum.is_finite())
+    }
+
     /// Whether the device wrote it.
     pub fn is_written(&self) -> bool {
         self.tail != 0

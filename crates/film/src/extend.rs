@@ -5,7 +5,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::exr::{ExrImage, read_exr};
-use crate::{Film, Metadata, PixelMoments, ReadError, Window, read_part, read_part_header};
+use crate::{DoubleDouble, Film, Metadata, PixelMoments, ReadError, TRANSPARENT, Window, read_part, read_part_header};
 
 /// Reads the film of a finished render, to which more samples can be added.
 ///
@@ -47,7 +47,10 @@ fn rebuild(image: &ExrImage) -> Result<(Film, Metadata), String> {
     };
     let pixels: Option<Vec<PixelMoments>> = (0..samples.len()).into_par_iter().map(pixel).collect();
     let pixels = pixels.ok_or("it is damaged: some of its pixels are no numbers")?;
-    Ok((Film::from_pixels(window, pixels), metadata))
+    let coverage = metadata.settings.contains_key(TRANSPARENT).then(|| channel("A")).transpose()?;
+    let covered = |(alpha, &n): (&f32, &f32)| DoubleDouble { hi: f64::from(*alpha) * f64::from(n), lo: 0.0 };
+    let coverage = coverage.map(|alpha| alpha.iter().zip(samples).map(covered).collect());
+    Ok((Film::from_pixels(window, pixels, coverage), metadata))
 }
 
 #[cfg(test)]

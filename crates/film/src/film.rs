@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::{BatchSum, FilmError, PixelMoments};
+use crate::{BatchSum, DoubleDouble, FilmError, PixelMoments};
 
 /// What the first hit of each pixel shows, for denoisers and compositing. One entry a pixel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -66,6 +66,8 @@ impl Window {
 pub struct Film {
     window: Window,
     pixels: Vec<PixelMoments>,
+    /// Sum of the coverage of each pixel's samples, where it is counted.
+    coverage: Option<Vec<DoubleDouble>>,
     features: Option<Features>,
     refused: u64,
     /// Scratch of `add_batch`: the lane that holds each pixel.
@@ -76,7 +78,7 @@ pub struct Film {
 const NONE: u32 = u32::MAX;
 
 impl Film {
-    /// An empty film. A pixel takes 188 bytes.
+    /// An empty film. A pixel takes 188 bytes, 16 more where coverage is counted.
     pub fn new(width: u32, height: u32) -> Self {
         Self::of_window(Window::all(width, height))
     }
@@ -87,6 +89,7 @@ impl Film {
         Self {
             window,
             pixels: vec![PixelMoments::default(); count],
+            coverage: None,
             features: None,
             refused: 0,
             lane_of_pixel: vec![NONE; count],
@@ -134,8 +137,35 @@ impl Film {
         pixel_of_lane: &[u32],
         sums: &[BatchSum],
     ) -> Result<u64, FilmError> {
-        if pixel_of_lane.len() != sums.len() {
-            return Err(FilmError::LaneCount { lanes: pixel_of_lane.len(), sums: sums.len() });
+        self.add(samples, pixel_of_lane, sums, None)
+    }
+
+    /// Likewise, with what the coverage of each lane's samples adds up to: 0 to their number. From
+    /// here on the film has coverage ([`Self::coverage`]), and its radiance is premultiplied by it.
+    ///
+    /// # Errors
+    /// Where the batch does not fit the film. The film is then unchanged.
+    pub fn add_covered_batch(
+        &mut self,
+        samples: impl Fn(u32, u32) -> u32 + Sync,
+        pixel_of_lane: &[u32],
+        sums: &[BatchSum],
+        coverage: &[f32],
+    ) -> Result<u64, FilmError> {
+        self.add(samples, pixel_of_lane, sums, Some(coverage))
+    }
+
+    fn add(
+        &mut self,
+        samples: impl Fn(u32, u32) -> u32 + Sync,
+        pixel_of_lane: &[u32],
+        sums: &[BatchSum],
+        coverage: Option<&[f32]>,
+    ) -> Result<u64, FilmError> {
+        for found in [sums.len(), coverage.map_or(sums.len(), <[f32]>::len)] {
+            if pixel_of_lane.len() != found {
+                return Err(FilmError::LaneCount { lanes: pixel_of_lane.len(), sums: found });
+            }
         }
         // Turning the table round makes the pass over pixels parallel without any sharing.
         self.lane_of_pixel.fill(NONE);
@@ -152,6 +182,18 @@ impl Film {
             *entry = lane as u32;
         }
         let Window { corner: [left, top], size: [width, _], .. } = self.window;
+        let samples = |pixel: usize| samples(left + pixel as u32 % width, top + pixel as u32 / width);
+        let is_good = |lane: usize| sums[lane].is_finite() && coverage.is_none_or(|covered| covered[lane].is_finite());
+        if let Some(covered) = coverage {
+            let totals = self.coverage.get_or_insert_with(|| vec![DoubleDouble::default(); pixels]);
+            totals.par_iter_mut().zip(&self.lane_of_pixel).enumerate().with_min_len(4096).for_each(
+                |(pixel, (total, &lane))| {
+                    if lane != NONE && samples(pixel) > 0 && is_good(lane as usize) {
+                        total.add_f64(covered[lane as usize].into());
+                    }
+                },
+            );
+        }
         let refused = self
             .pixels
             .par_iter_mut()
@@ -162,8 +204,8 @@ impl Film {
                 if lane == NONE {
                     return 0;
                 }
-                let samples = samples(left + pixel as u32 % width, top + pixel as u32 / width);
-                u64::from(samples > 0 && !moments.add_batch(samples, &sums[lane as usize]))
+                let (samples, lane) = (samples(pixel), lane as usize);
+                u64::from(samples > 0 && !(is_good(lane) && moments.add_batch(samples, &sums[lane])))
             })
             .sum();
         self.refused += refused;
@@ -186,8 +228,14 @@ impl Film {
             |(mine, theirs)| mine[x..x + width].iter_mut().zip(theirs).for_each(|(mine, theirs)| mine.merge(theirs)),
         );
         self.refused += other.refused;
+        let count = self.pixels.len();
+        if let Some(theirs) = &other.coverage {
+            let mine = self.coverage.get_or_insert_with(|| vec![DoubleDouble::default(); count]);
+            mine[rows.clone()].par_chunks_mut(row.max(1)).zip(theirs.par_chunks(width.max(1))).for_each(
+                |(mine, theirs)| mine[x..x + width].iter_mut().zip(theirs).for_each(|(mine, theirs)| mine.add(*theirs)),
+            );
+        }
         if let Some(theirs) = &other.features {
-            let count = self.pixels.len();
             let mine = self.features.get_or_insert_with(|| Features {
                 albedo: vec![[0.0; 3]; count],
                 normal: vec![[0.0; 3]; count],
@@ -204,9 +252,14 @@ impl Film {
     }
 
     /// A film from the totals of its pixels, as a file gives them back.
-    pub(crate) fn from_pixels(window: Window, pixels: Vec<PixelMoments>) -> Self {
+    pub(crate) fn from_pixels(window: Window, pixels: Vec<PixelMoments>, coverage: Option<Vec<DoubleDouble>>) -> Self {
         let lane_of_pixel = vec![NONE; pixels.len()];
-        Self { window, pixels, features: None, refused: 0, lane_of_pixel }
+        Self { window, pixels, coverage, features: None, refused: 0, lane_of_pixel }
+    }
+
+    /// Sums of the coverage of the pixels' samples, where it is counted.
+    pub(crate) fn coverage_sums(&self) -> Option<&[DoubleDouble]> {
+        self.coverage.as_deref()
     }
 
     /// Sets albedo, normal and depth of the first hits.
@@ -232,6 +285,23 @@ impl Film {
     /// Totals of all pixels, row 0 at the top.
     pub fn pixels(&self) -> &[PixelMoments] {
         &self.pixels
+    }
+
+    /// Whether coverage is counted: the environment does not show, and radiance is premultiplied.
+    pub fn has_coverage(&self) -> bool {
+        self.coverage.is_some()
+    }
+
+    /// Coverage of pixel `i`, 0 to 1: the share of its samples that meet something other than the
+    /// environment, where that is counted; 1 where it is not, for then the environment is part of
+    /// the picture. Panics where there is no such pixel, like indexing a slice.
+    pub fn coverage(&self, i: usize) -> f64 {
+        let samples = self.pixels[i].samples();
+        match &self.coverage {
+            None => 1.0,
+            Some(_) if samples == 0 => 0.0,
+            Some(sums) => sums[i].over_f64(samples as f64).to_f64().clamp(0.0, 1.0),
+        }
     }
 
     /// Mean radiance of pixel `i`. Panics where there is no such pixel, like indexing a slice.

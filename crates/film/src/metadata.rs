@@ -7,6 +7,9 @@ use crate::ExposureRecord;
 /// Name of the setting of pictures whose pixels share paths within 2×2 squares.
 pub const SHARED_PATHS: &str = "shared-paths";
 
+/// Name of the setting of pictures whose environment does not show.
+pub const TRANSPARENT: &str = "transparent";
+
 /// Contents of the JSON text attribute `surelight` of an EXR.
 ///
 /// Keys of `settings` are written in alphabetical order, so equal metadata are equal bytes.

@@ -116,10 +116,10 @@ impl PixelMoments {
     /// poison the pixel for good. The caller counts it.
     #[must_use]
     pub fn add_batch(&mut self, samples: u32, batch: &BatchSum) -> bool {
-        let sums = batch.sum;
-        if !sums.iter().all(|sum| sum.is_finite()) {
+        if !batch.is_finite() {
             return false;
         }
+        let sums = batch.sum;
         let n = f64::from(samples);
         self.samples += u64::from(samples);
         self.samples_squared += u64::from(samples) * u64::from(samples);

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::error::io_cause;
 use crate::exr::{attribute_text, cause_of, check_claim, to_floats};
 use crate::moments::WORDS;
-use crate::words::{checksum, word_name};
-use crate::{Features, Film, Metadata, PixelMoments, ReadError, Window};
+use crate::words::{COVERAGE_WORDS, checksum, coverage_of_words, word_name};
+use crate::{Features, Film, Metadata, PixelMoments, ReadError, TRANSPARENT, Window};
 
 /// Values (pixels times channels) beyond which a file is refused: 16 GiB, 60 million pixels.
 const MAX_VALUES: u64 = 1 << 32;
@@ -75,19 +75,29 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
         let at = channels.iter().position(|channel| channel.name.eq(name) && channel.sampling == Vec2(1, 1))?;
         Some(channels.remove(at).sample_data)
     };
-    let words: Vec<Vec<u32>> = (0..WORDS)
-        .map(|word| match take(&word_name(word)) {
+    let mut words_of = |range: std::ops::Range<usize>| {
+        let planes = range.map(|word| match take(&word_name(word)) {
             Some(FlatSamples::U32(values)) => Ok(values),
             _ => Err(format!("it is damaged: the channel {} is missing", word_name(word))),
-        })
-        .collect::<Result<_, _>>()?;
+        });
+        planes.collect::<Result<Vec<Vec<u32>>, String>>()
+    };
+    let words = words_of(0..WORDS)?;
     let count = window.area() as usize;
+    let coverage = match metadata.settings.contains_key(TRANSPARENT) {
+        true => {
+            let words = words_of(WORDS..WORDS + COVERAGE_WORDS)?;
+            let sum = |i: usize| coverage_of_words(std::array::from_fn(|word| words[word][i]));
+            Some((0..count).map(sum).collect())
+        }
+        false => None,
+    };
     let pixels: Vec<_> = (0..count).into_par_iter().map(|i| PixelMoments::from_words(|word| words[word][i])).collect();
     drop(words);
-    if metadata.part.as_ref().is_none_or(|part| part.checksum != checksum(&pixels, metadata.sample_range)) {
+    let mut film = Film::from_pixels(window, pixels, coverage);
+    if metadata.part.as_ref().is_none_or(|part| part.checksum != checksum(&film, metadata.sample_range)) {
         return Err("it is damaged: its totals are not those that were written".into());
     }
-    let mut film = Film::from_pixels(window, pixels);
     let mut plane = |name: &str| take(name).map(to_floats);
     let triple = |planes: [Option<Vec<f32>>; 3]| match planes {
         [Some(x), Some(y), Some(z)] => Some(x.into_iter().zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect()),
@@ -135,7 +145,7 @@ mod tests {
             let (back, told) = decode_part(&encode_exr(&film, &metadata).unwrap()).unwrap();
             assert_eq!(back.window(), window);
             assert!(back.pixels() == film.pixels() && back.features() == film.features());
-            let checksum = checksum(film.pixels(), [0, 15]);
+            let checksum = checksum(&film, [0, 15]);
             assert_eq!(told, Metadata { part: Some(Part { checksum, ..metadata.part.unwrap() }), ..metadata });
         }
     }

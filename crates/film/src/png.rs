@@ -25,7 +25,9 @@ impl Display {
     }
 }
 
-/// Writes the mean of a film as an 8-bit RGB PNG.
+/// Writes the mean of a film as an 8-bit RGB PNG; of a film with coverage, as RGBA with straight
+/// alpha: the colour of what covers a pixel is tone mapped, and alpha is the linear share that it
+/// covers.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.
@@ -39,8 +41,19 @@ pub fn write_png(path: &Path, film: &Film, display: &Display) -> Result<(), Writ
 /// # Errors
 /// The cause, without a full stop, where the film cannot be encoded (an empty image).
 pub fn encode_png(film: &Film, display: &Display) -> Result<Vec<u8>, String> {
+    if film.has_coverage() {
+        let pixels: Vec<_> = (0..film.pixels().len()).into_par_iter().map(|i| straight(film, i, display)).collect();
+        return encode(film.width(), film.height(), pixels.as_flattened(), ExtendedColorType::Rgba8);
+    }
     let pixels: Vec<_> = film.pixels().par_iter().map(|p| display.bytes(p.mean())).collect();
-    encode(film.width(), film.height(), &pixels)
+    encode(film.width(), film.height(), pixels.as_flattened(), ExtendedColorType::Rgb8)
+}
+
+/// Colour and alpha of a pixel with coverage. Where nothing covers it, there is no colour.
+fn straight(film: &Film, i: usize, display: &Display) -> [u8; 4] {
+    let alpha = film.coverage(i);
+    let [r, g, b] = if alpha > 0.0 { display.bytes(film.mean(i).map(|x| x / alpha)) } else { [0; 3] };
+    [r, g, b, to_u8(alpha)]
 }
 
 /// Writes sRGB bytes, one triple a pixel from the top left, as a PNG.
@@ -48,17 +61,19 @@ pub fn encode_png(film: &Film, display: &Display) -> Result<Vec<u8>, String> {
 /// # Errors
 /// Where the size does not fit or the file cannot be written; the target is then as it was.
 pub fn write_rgb8_png(path: &Path, width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<(), WriteError> {
-    let bytes = encode(width, height, pixels).map_err(|cause| WriteError::new(path, cause))?;
+    let bytes = encode(width, height, pixels.as_flattened(), ExtendedColorType::Rgb8)
+        .map_err(|cause| WriteError::new(path, cause))?;
     crate::write_file(path, &bytes)
 }
 
-fn encode(width: u32, height: u32, pixels: &[[u8; 3]]) -> Result<Vec<u8>, String> {
-    if pixels.is_empty() || pixels.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err(format!("{} pixels do not make an image of {width}×{height}", pixels.len()));
+fn encode(width: u32, height: u32, samples: &[u8], color: ExtendedColorType) -> Result<Vec<u8>, String> {
+    let pixels = samples.len() / usize::from(color.channel_count());
+    if pixels == 0 || pixels as u64 != u64::from(width) * u64::from(height) {
+        return Err(format!("{pixels} pixels do not make an image of {width}×{height}"));
     }
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
-        .write_image(pixels.as_flattened(), width, height, ExtendedColorType::Rgb8)
+        .write_image(samples, width, height, color)
         .map_err(|error| error.to_string())?;
     Ok(bytes)
 }
@@ -82,6 +97,18 @@ mod tests {
     }
 
     #[test]
+    fn alpha_is_straight() {
+        let mut film = Film::new(3, 1);
+        let sums = [[0.107_020_57; 3], [0.0; 3], [0.214_041_14; 3]].map(|c| BatchSum::constant(4, c));
+        film.add_covered_batch(|_, _| 4, &[0, 1, 2], &sums, &[2.0, 0.0, 4.0]).unwrap();
+        let plain = Display { exposure_ev: 0.0, tonemap: ToneMap::None };
+        let image = image::load_from_memory(&encode_png(&film, &plain).unwrap()).unwrap().into_rgba8();
+        // Half of the first pixel has the colour that the last one has everywhere.
+        let pixels = [0, 1, 2].map(|x| image.get_pixel(x, 0).0);
+        assert_eq!(pixels, [[128, 128, 128, 128], [0; 4], [128, 128, 128, 255]]);
+    }
+
+    #[test]
     fn exposure_is_in_stops() {
         let at = |exposure_ev| Display { exposure_ev, tonemap: ToneMap::None };
         assert_eq!(at(1.0).bytes([0.1; 3]), at(0.0).bytes([0.2; 3]));
@@ -90,7 +117,7 @@ mod tests {
 
     #[test]
     fn sizes_must_fit() {
-        assert!(encode(2, 2, &[[0; 3]; 3]).is_err());
-        assert!(encode(0, 0, &[]).is_err());
+        assert!(encode(2, 2, &[0; 9], ExtendedColorType::Rgb8).is_err());
+        assert!(encode(0, 0, &[], ExtendedColorType::Rgb8).is_err());
     }
 }

@@ -47,6 +47,8 @@ pub struct Renderer<'a> {
     view: wgpu::Buffer,
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
+    /// Sums of coverage, 4 bytes for 16 of `sums`, where coverage is counted.
+    coverage_sums: Option<wgpu::Buffer>,
     feature_pixels: wgpu::Buffer,
     /// Where the kernel is adaptive, pixels' shares of the samples, and where it reads them.
     shares: Option<(Shares, wgpu::Buffer)>,
@@ -130,6 +132,10 @@ impl<'a> Renderer<'a> {
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
         let sum_bytes = pixels * 16 * u64::from(most_batches);
         let sums = up.zeros("batch sums", sum_bytes, storage)?;
+        let coverage_sums = match key.has(Part::Transparent) {
+            true => Some(up.zeros("sums of coverage", sum_bytes / 4, storage)?),
+            false => None,
+        };
         let feature_pixels = up.zeros("first-hit features", feature_bytes, storage)?;
         let readback = up.zeros("the copy of batch sums", sum_bytes.max(feature_bytes), U::MAP_READ | U::COPY_DST)?;
         for (name, buffer) in [
@@ -140,6 +146,9 @@ impl<'a> Renderer<'a> {
             ("feature_pixels", &feature_pixels),
         ] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
+        }
+        if let Some(buffer) = &coverage_sums {
+            resources.insert("coverage_sums".into(), Resource::Buffer(buffer.clone()));
         }
         let mut shares = None;
         if key.has(Part::Adaptive) {
@@ -168,6 +177,7 @@ impl<'a> Renderer<'a> {
             view,
             pass_buffer,
             sums,
+            coverage_sums,
             feature_pixels,
             shares,
             readback,
@@ -282,12 +292,15 @@ impl<'a> Renderer<'a> {
         samples: u32,
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
-        let mut results = Vec::new();
+        let (mut results, mut coverage) = (Vec::new(), Vec::new());
         for tile in self.tiles_of(film, side(&self.key))? {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
             let bytes = self.sum_bytes(&pass);
             // What an earlier tile left is wiped, so that a batch that is not written shows.
             self.dispatcher.device.clear(&self.sums, Some(bytes))?;
+            if let Some(sums) = &self.coverage_sums {
+                self.dispatcher.device.clear(sums, Some(bytes / 4))?;
+            }
             let slice = |budget, restart| Pass { budget, restart, ..pass };
             let groups = pass.lanes / GROUP;
             if self.paths.run(&self.dispatcher, groups, slice, &mut self.counts, observer)?.is_none() {
@@ -295,6 +308,9 @@ impl<'a> Renderer<'a> {
             }
             let started = Instant::now();
             results.push((tile, self.dispatcher.device.fetch(&self.sums, 0, bytes, &self.readback)?));
+            if let Some(sums) = &self.coverage_sums {
+                coverage.push(self.dispatcher.device.fetch::<f32>(sums, 0, bytes / 4, &self.readback)?);
+            }
             self.counts.read_seconds += started.elapsed().as_secs_f64();
         }
         if let Some(particles) = &mut self.particles {
@@ -305,16 +321,23 @@ impl<'a> Renderer<'a> {
             }
         }
         let started = Instant::now();
+        let mut coverage = coverage.into_iter();
         for (tile, sums) in results {
+            let coverage = coverage.next();
             let lanes = tile.lanes(self.threads);
             let pixels = tile.pixels(lanes, &film.window());
-            for batch in sums.chunks_exact(pixels.len()) {
+            for (k, batch) in sums.chunks_exact(pixels.len()).enumerate() {
                 if pixels.iter().zip(batch).any(|(&p, s)| p != u32::MAX && !s.is_written()) {
                     return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
                 }
-                let added = match &self.shares {
-                    Some((shares, _)) => film.add_uneven_batch(|x, y| shares.samples([x, y], samples), &pixels, batch),
-                    None => film.add_batch(samples, &pixels, batch),
+                let samples =
+                    |x, y| self.shares.as_ref().map_or(samples, |(shares, _)| shares.samples([x, y], samples));
+                let added = match &coverage {
+                    Some(coverage) => {
+                        let coverage = &coverage[k * pixels.len()..][..pixels.len()];
+                        film.add_covered_batch(samples, &pixels, batch, coverage)
+                    }
+                    None => film.add_uneven_batch(samples, &pixels, batch),
                 };
                 added.map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
             }

@@ -12,6 +12,7 @@ use crate::measure::MeasureArgs;
 use crate::merge::MergeArgs;
 use crate::method::Sampler;
 use crate::options::{DevicesArgs, InfoArgs, RenderArgs};
+use crate::parse;
 
 /// The program with its commands; options of `render` are added in [`parse`].
 #[derive(Debug, Parser)]
@@ -53,18 +54,23 @@ where
         cli = with_short_help(cli);
     }
     let matches = cli.try_get_matches_from_mut(words).map_err(|error| clearer(error, &mut cli))?;
-    let command = match Cli::from_arg_matches(&matches)?.command {
+    let mut command = match Cli::from_arg_matches(&matches)?.command {
         Some(command) => command,
         None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
     };
+    if let Command::Render(args) = &mut command {
+        args.outputs = parse::outputs(&args.output, args.format)
+            .map_err(|message| cli.error(ErrorKind::ValueValidation, message))?;
+    }
     let conflict = match &command {
         Command::Render(args) => {
             let unscrambled = args.one_scramble && args.method.sampler != Sampler::Sobol;
             let unscrambled = unscrambled.then(|| {
                 "the argument '--one-scramble' needs '--sampler sobol': other samplers have no sequence".into()
             });
-            let parts = || args.parts.conflict(&args.stop, &args.output);
-            args.method.conflict().map(String::from).or(unscrambled).or_else(parts)
+            let parts = || args.parts.conflict(&args.stop, &args.outputs);
+            let own = args.method.conflict().or_else(|| args.output_conflict()).map(String::from);
+            own.or(unscrambled).or_else(parts)
         }
         Command::Info(args) => args.method.conflict().map(String::from),
         Command::Measure(args) => args.conflict().map(String::from),
@@ -208,6 +214,12 @@ mod tests {
             ("surelight a.glb b.glb", ErrorKind::UnknownArgument),
             ("surelight --quiet info a.glb", ErrorKind::UnknownArgument),
             ("surelight a.glb -o a.jpg", ErrorKind::ValueValidation),
+            ("surelight a.glb -o -", ErrorKind::ValueValidation),
+            ("surelight a.glb -o - -o - --format png", ErrorKind::ValueValidation),
+            ("surelight a.glb -o a.png --format png", ErrorKind::ValueValidation),
+            ("surelight a.glb --format png", ErrorKind::MissingRequiredArgument),
+            ("surelight a.glb -o - --format png --json", ErrorKind::ArgumentConflict),
+            ("surelight a.glb -o - --format exr --resume", ErrorKind::ArgumentConflict),
             ("surelight a.glb --size 0x4", ErrorKind::ValueValidation),
             ("surelight a.glb --spp 0", ErrorKind::ValueValidation),
             ("surelight a.glb --eye 0,0,0", ErrorKind::MissingRequiredArgument),

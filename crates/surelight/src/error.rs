@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use surelight_film::WriteError;
 
+use crate::parse::{STANDARD_OUTPUT, is_dash};
+
 /// Anything that ends a command with exit code 1.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Error {
@@ -85,6 +87,9 @@ pub(crate) enum Error {
         /// What stands in the way.
         cause: String,
     },
+    /// Standard output, where an image cannot go.
+    #[error("standard output cannot be written: {0}")]
+    Stdout(&'static str),
     /// A camera that the file lacks.
     #[error("there is no camera \"{wanted}\" in \"{}\": {available}", path.display())]
     UnknownCamera {
@@ -122,9 +127,13 @@ pub(crate) enum Error {
 fn outputs_sentence(failed: &[WriteError], saved: &[PathBuf], checkpoint: Option<&Path>) -> String {
     let failed: Vec<_> = failed
         .iter()
-        .map(|error| format!("the file \"{}\" could not be written: {}", error.path.display(), error.cause))
+        .map(|error| match is_dash(&error.path) {
+            true => format!("{STANDARD_OUTPUT} could not be written: {}", error.cause),
+            false => format!("the file \"{}\" could not be written: {}", error.path.display(), error.cause),
+        })
         .collect();
-    let saved = crate::saved::list(saved);
+    let saved: Vec<_> = saved.iter().filter(|path| !is_dash(path)).cloned().collect();
+    let saved = crate::saved::list(&saved);
     let remedy = checkpoint.map_or_else(String::new, |path| format!("; --resume goes on from \"{}\"", path.display()));
     failed.join("; ") + &saved + &remedy
 }

@@ -45,7 +45,7 @@ struct KernelPart {
 /// Loads the scene and tells what is in it. No device is needed.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let options = args.file.load_options();
-    let scene = surelight_scene::load(&args.scene, &options)?;
+    let scene = args.scene.load(&options)?;
     let info = describe(args, scene)?;
     let text = if args.json {
         serde_json::to_string_pretty(&info).map_err(|e| Error::Print(e.into()))? + "\n"
@@ -59,7 +59,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     // As `render` would with no other options: the kernel follows from it.
     let contents = Contents::of(&scene);
     let camera = CameraArgs::default();
-    let view = camera::choose(&scene, &args.scene, &camera, None)?;
+    let view = camera::choose(&scene, args.scene.name(), &camera, None)?;
     let note = light::set(&mut scene, &LightArgs::default())?;
     let settings = Settings {
         integrator: args.method.integrator(),
@@ -89,7 +89,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     warnings.extend(note);
     warnings.extend(unfound);
     warnings.extend(prepared.unreachable.iter().map(ToString::to_string));
-    Ok(Info { scene: args.scene.display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
+    Ok(Info { scene: args.scene.name().display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
 }
 
 /// What became of the triangles.

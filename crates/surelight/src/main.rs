@@ -16,6 +16,7 @@ mod exposure;
 mod fingerprint;
 mod headless;
 mod info;
+mod input;
 mod integrate;
 mod interrupt;
 mod light;
@@ -94,7 +95,12 @@ fn render(args: &options::RenderArgs) -> Result<ExitCode, Error> {
     } else {
         summary.to_string()
     };
-    console::result(&text)?;
+    // Where an image goes to standard output, nothing else may.
+    if args.writes_to_stdout() {
+        console::note(text.trim_end())
+    } else {
+        console::result(&text)?
+    }
     Ok(match summary.stopped {
         summary::Stop::Done => ExitCode::SUCCESS,
         summary::Stop::Time | summary::Stop::Samples | summary::Stop::Interrupt => ExitCode::from(STOPPED_EARLY),

@@ -48,7 +48,7 @@ const PILOT_FIRST: u32 = 1 << 31;
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let start = Instant::now();
     let options = args.file.load_options();
-    let mut scene = surelight_scene::load(&args.scene, &options)?;
+    let mut scene = args.scene.load(&options)?;
     let light_note = light::set(&mut scene, &args.light)?;
     let mut warnings = std::mem::take(&mut scene.warnings);
     warnings.extend(light_note);
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let relative_error = luminance.half_width.filter(|_| luminance.value != 0.0).map(|h| h / luminance.value.abs());
     let tail = tally.tail();
     let mut report = Report {
-        scene: args.scene.display().to_string(),
+        scene: args.scene.name().display().to_string(),
         quantity: if setup.settings.receiver {
             "irradiance"
         } else if setup.same {

@@ -9,8 +9,9 @@ use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
 use crate::exposure::Exposure;
+use crate::input::{SceneSource, scene_sources};
 use crate::method::{MethodArgs, Sampler};
-use crate::parse::{self as value, Bounces, OutputPath, Selector, Size};
+use crate::parse::{self as value, Bounces, Format, OutputName, OutputPath, Selector, Size};
 use crate::parts::PartArgs;
 use crate::stopping::StopArgs;
 
@@ -28,16 +29,21 @@ pub(crate) mod heading {
 /// `surelight [render] SCENE`. The order of the options is that of `--help`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Scene to render, a .glb or .gltf file
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    /// Scene to render, a .glb or .gltf file; `-` reads one without external files from standard input
+    #[arg(value_name = "SCENE", value_parser = scene_sources())]
+    pub(crate) scene: SceneSource,
 
-    /// File to write, .png or .exr; repeatable [default: both]
+    /// File to write, .png, .exr or `-`; repeatable [default: both]
     ///
     /// A .png is tone mapped and sRGB; an .exr holds linear radiance, its variance and all other
-    /// layers. By default both are written to the current folder, under the scene's name.
-    #[arg(short, long, value_name = "PATH", value_parser = value::output_paths())]
-    pub(crate) output: Vec<OutputPath>,
+    /// layers. By default both are written to the current folder, under the scene's name. `-` is
+    /// standard output: it needs --format, and the summary goes to standard error.
+    #[arg(short, long, value_name = "PATH", value_parser = value::output_names())]
+    pub(crate) output: Vec<OutputName>,
+
+    /// What --output and --format come to; set once both are known
+    #[arg(skip)]
+    pub(crate) outputs: Vec<OutputPath>,
 
     /// Resolution [default: 1024 on the longer side, camera's aspect]
     #[arg(long, value_name = "WxH", value_parser = value::size)]
@@ -123,6 +129,17 @@ pub(crate) struct RenderArgs {
     #[arg(long, help_heading = heading::SCENE)]
     pub(crate) multiple_scattering: bool,
 
+    /// Let the environment light the scene, but not show
+    ///
+    /// A is the share of the pixel that something covers: premultiplied in the EXR, straight in the PNG.
+    /// What a pane shows straight through it is uncovered; what is reflected or refracted is covered.
+    #[arg(long, help_heading = heading::PICTURE)]
+    pub(crate) transparent: bool,
+
+    /// Format of `-o -`, and of names that end in neither .png nor .exr
+    #[arg(long, value_enum, requires = "output", help_heading = heading::PICTURE)]
+    pub(crate) format: Option<Format>,
+
     /// Tone-mapping operator of the PNG
     #[arg(long, value_enum, default_value_t = Tonemap::Neutral, help_heading = heading::PICTURE)]
     pub(crate) tonemap: Tonemap,
@@ -147,6 +164,23 @@ impl RenderArgs {
     pub(crate) fn is_one_sequence(&self) -> bool {
         let short = self.planned().is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
         self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
+    }
+
+    /// Whether an image goes to standard output.
+    pub(crate) fn writes_to_stdout(&self) -> bool {
+        self.outputs.iter().any(OutputPath::is_stdout)
+    }
+
+    /// What is wrong with the way outputs are combined with other options, if anything.
+    pub(crate) fn output_conflict(&self) -> Option<&'static str> {
+        let only_stdout = self.writes_to_stdout() && self.outputs.len() == 1;
+        if self.json && self.writes_to_stdout() {
+            Some("the arguments '--json' and '-o -' both want standard output; name a file for one of them")
+        } else if self.parts.resume && only_stdout {
+            Some("the argument '--resume' needs an output that is a file: the checkpoint lies beside it")
+        } else {
+            None
+        }
     }
 
     /// Samples a pixel that are planned from the beginning.
@@ -334,9 +368,9 @@ impl FileArgs {
 /// `surelight info SCENE`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Scene to inspect, a .glb or .gltf file
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    /// Scene to inspect, a .glb or .gltf file; `-` reads one without external files from standard input
+    #[arg(value_name = "SCENE", value_parser = scene_sources())]
+    pub(crate) scene: SceneSource,
 
     #[command(flatten)]
     pub(crate) file: FileArgs,

@@ -1,20 +1,20 @@
 //! Where images go: default names, and checks before an hour of rendering is spent in vain.
 
-use std::ffi::OsString;
 use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
+use crate::input::SceneSource;
 use crate::parse::{Format, OutputPath};
 
 /// The files to write: those asked for, or the scene's name as .png and .exr in the current folder.
-pub(crate) fn choose(scene: &Path, asked: &[OutputPath]) -> Vec<OutputPath> {
+pub(crate) fn choose(scene: &SceneSource, asked: &[OutputPath]) -> Vec<OutputPath> {
     if !asked.is_empty() {
         return asked.to_vec();
     }
-    let stem = scene.file_stem().map_or_else(|| OsString::from("surelight"), OsString::from);
     let named = |extension: &str, format| {
-        let mut name = stem.clone();
+        let mut name = scene.stem().to_owned();
         name.push(extension);
         OutputPath { path: PathBuf::from(name), format }
     };
@@ -25,9 +25,16 @@ pub(crate) fn choose(scene: &Path, asked: &[OutputPath]) -> Vec<OutputPath> {
 ///
 /// `inputs` are files that the render reads: writing over one of them is refused.
 pub(crate) fn check(outputs: &[OutputPath], inputs: &[PathBuf]) -> Result<(), Error> {
-    for (i, OutputPath { path, .. }) in outputs.iter().enumerate() {
+    for (i, output) in outputs.iter().enumerate() {
+        if output.is_stdout() {
+            if std::io::stdout().is_terminal() {
+                return Err(Error::Stdout("it is a terminal; send it to a file (> FILE) or a program (| PROGRAM)"));
+            }
+            continue;
+        }
+        let path = &output.path;
         let fail = |cause: String| Error::Output { path: path.clone(), cause };
-        if outputs[..i].iter().any(|other| same_file(&other.path, path)) {
+        if outputs[..i].iter().any(|other| !other.is_stdout() && same_file(&other.path, path)) {
             return Err(fail("it is given twice".into()));
         }
         if let Some(input) = inputs.iter().find(|input| same_file(input, path)) {
@@ -60,7 +67,8 @@ mod tests {
 
     #[test]
     fn default_names_follow_the_scene() {
-        let names: Vec<_> = choose(Path::new("some/where/Box.v2.glb"), &[]).into_iter().map(|o| o.path).collect();
+        let names: Vec<_> =
+            choose(&SceneSource::File("some/where/Box.v2.glb".into()), &[]).into_iter().map(|o| o.path).collect();
         assert_eq!(names, [PathBuf::from("Box.v2.png"), PathBuf::from("Box.v2.exr")]);
     }
 

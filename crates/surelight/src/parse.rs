@@ -2,9 +2,10 @@
 
 use std::ffi::OsStr;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap::ValueEnum;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
 use crate::exposure::Exposure;
@@ -34,12 +35,12 @@ impl Selector {
     }
 }
 
-/// What a file holds, by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
-    /// Linear, all layers.
+    /// Linear, all layers
     Exr,
-    /// Tone mapped, sRGB.
+    /// Tone mapped, sRGB
     Png,
 }
 
@@ -50,7 +51,40 @@ pub(crate) struct OutputPath {
     pub(crate) format: Format,
 }
 
-/// Parses `-o PATH`, which need not be UTF-8.
+impl OutputPath {
+    /// Whether it is no file, but standard output.
+    pub(crate) fn is_stdout(&self) -> bool {
+        is_dash(&self.path)
+    }
+
+    /// As the summary names it.
+    pub(crate) fn name(&self) -> String {
+        if self.is_stdout() { STANDARD_OUTPUT.to_owned() } else { self.path.display().to_string() }
+    }
+}
+
+/// What messages call `-o -`.
+pub(crate) const STANDARD_OUTPUT: &str = "standard output";
+
+/// Whether a path stands for standard output; a file of that name is `./-`.
+pub(crate) fn is_dash(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// What `-o` names, before `--format` is known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct OutputName {
+    path: PathBuf,
+    /// By the name, or why that does not tell it.
+    format: Result<Format, String>,
+}
+
+/// Parses `-o PATH`, which need not be UTF-8, where `--format` may tell what to write.
+pub(crate) fn output_names() -> impl TypedValueParser<Value = OutputName> {
+    OsStringValueParser::new().try_map(|text| output_name(&text))
+}
+
+/// Parses `-o PATH` where the name alone tells what to write.
 pub(crate) fn output_paths() -> impl TypedValueParser<Value = OutputPath> {
     OsStringValueParser::new().try_map(|text| output_path(&text))
 }
@@ -74,21 +108,44 @@ fn folder(path: PathBuf) -> Result<PathBuf, String> {
     }
 }
 
-/// What `-o` holds.
-pub(crate) fn output_path(text: impl AsRef<OsStr>) -> Result<OutputPath, String> {
-    let text = text.as_ref();
+fn output_name(text: &OsStr) -> Result<OutputName, String> {
     if text.as_encoded_bytes().last().is_some_and(|&byte| std::path::is_separator(byte.into())) {
         return Err("expected a file, but this names a folder".into());
     }
     let path = PathBuf::from(text);
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let format = match extension.as_deref() {
-        Some("exr") => Format::Exr,
-        Some("png") => Format::Png,
-        Some(other) => return Err(format!(".{other} is not a format Surelight writes; use .png or .exr")),
-        None => return Err("the name must end in .png or .exr, which says what to write".into()),
+        Some("exr") => Ok(Format::Exr),
+        Some("png") => Ok(Format::Png),
+        Some(other) => Err(format!(".{other} is not a format Surelight writes; use .png or .exr")),
+        None => Err("the name must end in .png or .exr, which says what to write".to_owned()),
     };
-    Ok(OutputPath { path, format })
+    Ok(OutputName { path, format })
+}
+
+/// What `-o` holds, where the name alone tells what to write.
+pub(crate) fn output_path(text: impl AsRef<OsStr>) -> Result<OutputPath, String> {
+    let OutputName { path, format } = output_name(text.as_ref())?;
+    Ok(OutputPath { path, format: format? })
+}
+
+/// The outputs that `-o` and `--format` name together, or what is wrong with them.
+pub(crate) fn outputs(names: &[OutputName], format: Option<Format>) -> Result<Vec<OutputPath>, String> {
+    let output = |OutputName { path, format: known }: &OutputName| match (known, format) {
+        (&Ok(format), _) | (Err(_), Some(format)) => Ok(OutputPath { path: path.clone(), format }),
+        (Err(_), None) if is_dash(path) => {
+            Err("'--output -' needs '--format png' or '--format exr', which says what to write".to_owned())
+        }
+        (Err(cause), None) => Err(format!("invalid value '{}' for '--output <PATH>': {cause}", path.display())),
+    };
+    let outputs = names.iter().map(output).collect::<Result<Vec<_>, _>>()?;
+    if outputs.iter().filter(|output| output.is_stdout()).count() > 1 {
+        return Err("'--output -' is given twice, and there is one standard output".to_owned());
+    }
+    if format.is_some() && names.iter().all(|name| name.format.is_ok()) {
+        return Err("'--format' is for '--output -' and for names that end in neither .png nor .exr".to_owned());
+    }
+    Ok(outputs)
 }
 
 fn png_path(text: &OsStr) -> Result<OutputPath, String> {
@@ -317,6 +374,25 @@ mod tests {
         assert_eq!(output_path("b.exr").map(|o| o.format), Ok(Format::Exr));
         for wrong in ["a.jpg", "a", ".png", "a.png/"] {
             assert!(output_path(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_format_is_for_names_that_tell_none() {
+        let typed = |names: &[&str], format| {
+            let names: Vec<_> = names.iter().map(|name| output_name(OsStr::new(name)).unwrap()).collect();
+            outputs(&names, format).map(|all| all.into_iter().map(|output| output.format).collect::<Vec<_>>())
+        };
+        assert_eq!(typed(&["-", "a.png"], Some(Format::Exr)), Ok(vec![Format::Exr, Format::Png]));
+        assert_eq!(typed(&["/dev/fd/3"], Some(Format::Png)), Ok(vec![Format::Png]));
+        for (names, format, words) in [
+            (&["-"][..], None, "'--format png' or '--format exr'"),
+            (&["a.jpg"], None, "'a.jpg' for '--output <PATH>': .jpg"),
+            (&["-", "-"], Some(Format::Png), "twice"),
+            (&["a.png"], Some(Format::Png), "'--format' is for"),
+        ] {
+            let cause = typed(names, format).unwrap_err();
+            assert!(cause.contains(words), "{cause}");
         }
     }
 

@@ -5,16 +5,21 @@ mod prepare;
 mod record;
 mod report;
 
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use surelight_film::{Display, Film, Metadata, PixelMoments, Window, write_exr, write_png, write_png_with_exposure};
+use surelight_film::{
+    Display, Film, Metadata, PixelMoments, Window, WriteError, encode_exr, encode_png, write_exr, write_png,
+    write_png_with_exposure,
+};
 use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
 
 use crate::error::{Error, sentence};
 use crate::exposure::{self, Exposed};
 use crate::method::MethodArgs;
 use crate::options::RenderArgs;
-use crate::parse::{Format, OutputPath};
+use crate::parse::{Format, OutputPath, STANDARD_OUTPUT};
 use crate::progress::Progress;
 use crate::summary::{Seconds, Summary};
 use crate::{interrupt, output, saved};
@@ -43,7 +48,7 @@ struct Finished<'a> {
     /// What they come from.
     resumed_from: Option<String>,
     /// The checkpoint that is left.
-    checkpoint: Option<std::path::PathBuf>,
+    checkpoint: Option<PathBuf>,
     counts: Counts,
     device_bytes: u64,
     exposed: Exposed,
@@ -54,24 +59,24 @@ struct Finished<'a> {
 pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let start = Instant::now();
     interrupt::listen();
-    let outputs = output::choose(&args.scene, &args.output);
-    let inputs: Vec<_> = std::iter::once(&args.scene).chain(&args.light.env).cloned().collect();
+    let outputs = output::choose(&args.scene, &args.outputs);
+    let inputs: Vec<_> = args.scene.file().into_iter().chain(args.light.env.as_deref()).map(Path::to_owned).collect();
     let mut checkpoint = Checkpoint::beside(&outputs);
-    output::check(&[outputs.clone(), vec![checkpoint.output()]].concat(), &inputs)?;
+    output::check(&outputs.iter().cloned().chain(checkpoint.output()).collect::<Vec<_>>(), &inputs)?;
     let mut earlier = checkpoint.look(&outputs, args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
     let mut seconds = Seconds::default();
 
-    progress.stage("loading", &args.scene);
+    progress.stage("loading", args.scene.name());
     // Drivers take their time to open a device; files are read meanwhile.
     let adapter = prepare::adapter_choice(args.adapter.as_ref());
     let (loaded, device) = std::thread::scope(|scope| {
         let device = scope.spawn(|| Device::new(&adapter));
         let loaded = Loaded::new(args, &outputs).and_then(|loaded| {
             seconds.load = stages.end()?;
-            progress.stage("opening a device for", &args.scene);
+            progress.stage("opening a device for", args.scene.name());
             Ok(loaded)
         });
         (loaded, device.join())
@@ -90,11 +95,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let settings = prepare::settings(args, &loaded.view);
     loaded.warnings.extend(args.method.warning(&loaded.scene));
 
-    progress.stage("building the BVH of", &args.scene);
+    progress.stage("building the BVH of", args.scene.name());
     let (prepared, ahead) = loaded.prepare(&device, &settings)?;
     seconds.bvh = stages.end()?;
 
-    progress.stage("compiling the kernel for", &args.scene);
+    progress.stage("compiling the kernel for", args.scene.name());
     let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
     let method = args.method.with(prepared.integrator);
     let choice = prepared.choice.clone();
@@ -104,7 +109,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
 
     let shared_paths = renderer.key().reuses_paths();
     let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
-    check_memory(&window)?;
+    check_memory(&window, args.transparent)?;
     let (mut film, mut standing) = match &earlier {
         Some(earlier) => checkpoint.read(earlier, &mut record, args.planned())?,
         None => (Film::of_window(window), args.parts.start(&args.stop)),
@@ -114,7 +119,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     // An .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited or
     // the stopping rule must know which pixels light can reach. Under an environment that is all of them.
     let shows_features = outputs.iter().any(|output| output.format == Format::Exr);
-    let dark_surroundings = loaded.scene.environment.is_none();
+    let dark_surroundings = loaded.scene.environment.is_none() || args.transparent;
     let features_first =
         (shows_features && args.stop.time.is_some()) || (dark_surroundings && args.stop.error.is_some());
     if features_first {
@@ -123,7 +128,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
 
     if args.adaptive {
-        progress.stage("looking for noise in", &args.scene);
+        progress.stage("looking for noise in", args.scene.name());
         renderer.adapt(args.planned(), &mut |_| !interrupt::requested())?;
         seconds.adapt = stages.end()?;
     }
@@ -177,9 +182,10 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     seconds.write = stages.lap();
     progress.finish();
     seconds.total = start.elapsed().as_secs_f64();
-    loaded
-        .warnings
-        .extend(checkpoint.failure.take().map(|failure| format!("no checkpoint was saved: {}", sentence(&failure))));
+    let nowhere = outcome != Outcome::Done && checkpoint.path().is_none();
+    let nowhere = nowhere.then(|| format!("{STANDARD_OUTPUT} has no place beside it; add an output that is a file"));
+    let unsaved = checkpoint.failure.take().or(nowhere);
+    loaded.warnings.extend(unsaved.map(|cause| format!("no checkpoint was saved: {}", sentence(&cause))));
     let finished = Finished {
         args,
         outputs: &outputs,
@@ -220,10 +226,12 @@ impl Stages {
 }
 
 /// A sentence where memory does not suffice for a film: running out later would end the program without a word.
-pub(crate) fn check_memory(window: &Window) -> Result<(), Error> {
+pub(crate) fn check_memory(window: &Window, transparent: bool) -> Result<(), Error> {
     // Moments, 4 of scratch, the features, and the encoded image with its moments while it is written.
     const BYTES_A_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
-    let bytes = window.area() * BYTES_A_PIXEL;
+    // Coverage likewise.
+    const COVERAGE_BYTES: u64 = 16 + 4 * 4;
+    let bytes = window.area() * (BYTES_A_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
     let [width, height] = window.size;
     let gib = bytes as f64 / f64::from(1 << 30);
@@ -233,8 +241,10 @@ pub(crate) fn check_memory(window: &Window) -> Result<(), Error> {
 /// Writes all outputs; one that fails does not keep the others from being written.
 pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, metadata: &Metadata) -> Result<(), Error> {
     let (mut failed, mut done) = (Vec::new(), Vec::new());
-    for OutputPath { path, format } in outputs {
+    for output in outputs {
+        let OutputPath { path, format } = output;
         let written = match format {
+            _ if output.is_stdout() => write_stdout(*format, film, display, metadata),
             Format::Exr => write_exr(path, film, metadata),
             Format::Png => match &metadata.exposure {
                 Some(exposure) => write_png_with_exposure(path, film, display, exposure),
@@ -250,4 +260,19 @@ pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, meta
         }
     }
     if failed.is_empty() { Ok(()) } else { Err(Error::Outputs { failed, saved: done, checkpoint: None }) }
+}
+
+/// Writes an image to standard output.
+fn write_stdout(format: Format, film: &Film, display: &Display, metadata: &Metadata) -> Result<(), WriteError> {
+    let fail = |cause: String| WriteError { path: "-".into(), cause };
+    let bytes = match format {
+        Format::Exr => encode_exr(film, metadata),
+        Format::Png => encode_png(film, display),
+    };
+    let mut out = std::io::stdout().lock();
+    out.write_all(&bytes.map_err(fail)?).and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        ErrorKind::BrokenPipe => fail("the program that reads it has ended".into()),
+        ErrorKind::StorageFull => fail("the disk is full".into()),
+        _ => fail(error.to_string()),
+    })
 }

@@ -284,3 +284,50 @@ fn checkpoints_of_other_renders_are_told_and_left_alone() {
     let ran = folder.run("{box} --size 9x9 --spp 2 -o b.exr --resume").succeeded();
     assert!(ran.stderr.contains("checkpoint \"b.checkpoint.exr\"") && ran.stderr.contains("begins anew"), "{ran:#?}");
 }
+
+/// Coverage is cut, joined and gone on with like radiance, and parts without it are of another
+/// render.
+#[test]
+fn transparent_parts_merge_and_resume_to_the_whole() {
+    let folder = Folder::new();
+    let view = "--transparent --sky 0.5,0.7,1 --fov 70";
+    for more in ["--shared-paths on", "--adaptive", "--sampler stratified --integrator caustics"] {
+        let run = |rest: &str| folder.run(&format!("{{box}} --size 37x29 --spp 64 --quiet {view} {more} {rest}"));
+        run("-o whole.exr -o whole.png").succeeded();
+        run("-o left.exr --crop 0,0,17,29 --samples 0..24").succeeded();
+        run("-o right.exr --crop 17,0,37,29 --samples 0..24").succeeded();
+        run("-o rest.exr --samples 24..64").succeeded();
+        folder.run("merge rest.exr left.exr right.exr -o merged.exr -o merged.png").succeeded();
+        same(&folder, "merged.exr", "whole.exr");
+        same(&folder, "merged.png", "whole.png");
+
+        // On a fast machine it is done before the time is up.
+        let stopped = run("-o a.exr --time 1ms");
+        if stopped.code == Some(3) {
+            run("-o a.exr --time 1h --resume").succeeded();
+            same(&folder, "a.exr", "whole.exr");
+        }
+    }
+    let whole = read_exr(&folder.path("whole.exr")).unwrap();
+    assert_eq!(whole.surelight_metadata().unwrap().settings["transparent"], true);
+    let alpha = &whole.channels["A"];
+    assert!(alpha.contains(&0.0) && alpha.contains(&1.0) && alpha.iter().any(|&a| a > 0.0 && a < 1.0));
+
+    let line =
+        "{box} --size 37x29 --spp 64 --sampler stratified --integrator caustics --quiet --sky 0.5,0.7,1 --fov 70";
+    folder.run(&format!("{line} -o opaque.exr --samples 0..24")).succeeded();
+    folder.run("merge opaque.exr rest.exr -o b.exr").failed_with(&["--transparent is not set", "true"]);
+    folder.run(&format!("{line} -o rest.checkpoint.exr --samples 0..24")).succeeded();
+    let resumed = folder.run(&format!("{line} -o rest.exr --samples 0..24 --transparent --resume"));
+    resumed.failed_with(&["--transparent is not set there", "true here"]);
+}
+
+#[test]
+fn a_picture_without_the_option_has_no_coverage() {
+    let folder = Folder::new();
+    box_of(&folder, 16, "-o a.exr -o a.png --samples 0..4").succeeded();
+    let image = read_exr(&folder.path("a.exr")).unwrap();
+    assert!(image.channels["A"].iter().all(|&a| a == 1.0));
+    assert!(image.surelight_metadata().unwrap().settings.get("transparent").is_none());
+    assert!(!image::open(folder.path("a.png")).unwrap().color().has_alpha());
+}

@@ -8,4 +8,5 @@ mod environment;
 mod linearity;
 mod panes;
 mod polygon;
+mod transparent;
 mod unreachable;

@@ -16,7 +16,7 @@ use ::exr::prelude::{
 
 use super::ATTRIBUTE;
 use crate::moments::WORDS;
-use crate::words::{checksum, word_name};
+use crate::words::{COVERAGE_WORDS, checksum, coverage_word, word_name};
 use crate::{Film, Metadata, WriteError};
 
 /// Primaries and white point of Rec. ITU-R BT.709, table 1.3: what the channels R, G and B mean.
@@ -32,7 +32,9 @@ const REC_709: Chromaticities = Chromaticities {
 /// samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
-/// Alpha is 1: the environment is part of the picture. The variance layers are left out where no
+/// `A` is coverage ([`Film::coverage`]), by which `R G B` and the variance are premultiplied;
+/// without coverage it is 1: the environment is part of the picture. The variance layers are left
+/// out where no
 /// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
 /// A crop's data window is its place in the display window, which is the whole image.
 ///
@@ -57,7 +59,7 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     }
     let mut metadata = metadata.clone();
     if let Some(part) = &mut metadata.part {
-        part.checksum = checksum(film.pixels(), metadata.sample_range);
+        part.checksum = checksum(film, metadata.sample_range);
     }
     let json = serde_json::to_string(&metadata).map_err(|error| error.to_string())?;
     let mut attributes = LayerAttributes::default();
@@ -138,7 +140,7 @@ impl<'a> Channels<'a> {
     fn of(film: &'a Film, judged: &'a Judged, moments: bool) -> Self {
         let mut all = Self { list: Vec::new(), width: film.width() as usize };
         let pixels = film.pixels();
-        all.float("A", |_| 1.0);
+        all.float("A", |i| film.coverage(i) as f32);
         all.triple(["R", "G", "B"], move |i, channel| pixels[i].mean()[channel] as f32);
         if judged.variance {
             all.triple(["Variance.R", "Variance.G", "Variance.B"], move |i, channel| {
@@ -159,6 +161,12 @@ impl<'a> Channels<'a> {
         if moments {
             for word in 0..WORDS {
                 all.push(word_name(word).as_str().into(), SampleType::U32, Box::new(move |i| pixels[i].word(word)));
+            }
+            if let Some(sums) = film.coverage_sums() {
+                for word in 0..COVERAGE_WORDS {
+                    let bits = move |i: usize| coverage_word(sums[i], word);
+                    all.push(word_name(WORDS + word).as_str().into(), SampleType::U32, Box::new(bits));
+                }
             }
         }
         all.list.sort_by(|a, b| a.name.cmp(&b.name));

@@ -173,6 +173,7 @@ table! {
     SharedPaths = "shared_paths", "Neighbouring pixels use each other's second vertices.", Settings,
         excludes [Receiver: "a receiver is measured, which has no neighbours", Dispersion: "the choice of a colour depends on the path so far", Nested: "the medium depends on the path so far", VolumeAlpha: "the medium depends on the path so far"];
     Adaptive = "adaptive", "Where noise is strong, a sample is the mean of several paths.", Settings;
+    Transparent = "transparent", "The environment does not show to the camera; coverage is counted.", Settings;
     NoRoulette = "no_roulette", "Paths end at the bounce limit alone: for tests of Russian roulette.", Settings;
     RepeatWalk = "repeat_walk", "Rays are traversed several times, to measure what traversal costs.", Settings;
 }

@@ -476,6 +476,7 @@ fn decide(
         (settings.multiple_scattering && glossy, Part::MultipleScattering),
         (settings.max_radiance.is_some(), Part::ClampRadiance),
         (settings.adaptive, Part::Adaptive),
+        (settings.transparent, Part::Transparent),
     ];
     let slots = Slot::ALL.into_iter().map(|slot| (materials.iter().any(|m| m.has(slot)), slot.part()));
     let parts: Parts = needs.into_iter().chain(slots).filter(|(needed, _)| *needed).map(|(_, part)| part).collect();

@@ -92,6 +92,9 @@ pub struct Settings {
     /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while. Particles from lights are not for
     /// one pixel: they stay as many.
     pub adaptive: bool,
+    /// Whether the environment lights the scene without showing to the camera. The film then has
+    /// coverage ([`surelight_film::Film::coverage`]), and its radiance is premultiplied by it.
+    pub transparent: bool,
     /// Renders with different seeds are independent.
     pub seed: u32,
     /// Diameter of a thin lens, metres; `None`: a pinhole.
@@ -121,6 +124,7 @@ impl Settings {
             one_scramble: false,
             shared_paths: SharedPaths::default(),
             adaptive: false,
+            transparent: false,
             seed: 0,
             aperture: None,
             focus: None,

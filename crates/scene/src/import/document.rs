@@ -16,6 +16,7 @@ use serde_json::value::RawValue;
 
 use super::error::{Fault, Result};
 use super::json;
+use super::uri;
 
 /// The JSON object `extensions`, by name: each kept as text until a reader that knows it asks. (As a tree of values, a
 /// million nodes with a light each would take gigabytes.)
@@ -151,6 +152,25 @@ pub(crate) struct Document {
     pub(crate) extensions_required: Vec<String>,
     #[serde(default)]
     pub(crate) extensions: Extensions,
+}
+
+impl Document {
+    /// Refuses buffers and images that are files of their own.
+    pub(crate) fn check_self_contained(&self) -> Result<()> {
+        let buffers = self.buffers.iter().enumerate().map(|(i, buffer)| ("buffer", i, &buffer.uri));
+        let images = self.images.iter().enumerate().map(|(i, image)| ("image", i, &image.uri));
+        for (kind, index, uri) in buffers.chain(images) {
+            if let Some(uri) = uri.as_deref().filter(|uri| !uri::is_data(uri)) {
+                let cause = format!(
+                    "refers to the file {}, and a scene that comes through a pipe has no folder to find it in: \
+                     name the scene's file instead, or pack everything into one .glb",
+                    uri::shown(uri)
+                );
+                return Err(Fault::invalid(format!("{kind} {index}"), cause));
+            }
+        }
+        Ok(())
+    }
 }
 
 #[derive(Debug, Deserialize)]

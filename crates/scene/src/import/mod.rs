@@ -76,6 +76,9 @@ pub struct LoadOptions {
     pub max_geometry_bytes: u64,
     /// Most placed meshes.
     pub max_instances: usize,
+    /// Whether to refuse a scene that refers to other files: one that comes through a pipe has no
+    /// folder to find them in.
+    pub self_contained: bool,
 }
 
 /// A moment of an animation.
@@ -98,6 +101,7 @@ impl Default for LoadOptions {
             max_buffer_bytes: 16 << 30,
             max_geometry_bytes: 1 << 30,
             max_instances: 4 << 20,
+            self_contained: false,
         }
     }
 }
@@ -131,6 +135,9 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     let text = document::text(container.json)?;
     let document = document::parse(text)?;
     check_version(&document)?;
+    if options.self_contained {
+        document.check_self_contained()?;
+    }
     let extensions = extensions::check(&document, &mut warnings)?;
 
     // A bare file name has an empty parent, which no file system knows.

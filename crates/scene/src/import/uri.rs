@@ -75,8 +75,8 @@ impl<'a> Folders<'a> {
 
 /// Reads what a URI refers to; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folders: &Folders, limit: u64, place: &str) -> Result<Vec<u8>> {
-    match uri.get(..5) {
-        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => decode_data(&uri[5..], limit, place),
+    match uri {
+        _ if is_data(uri) => decode_data(&uri[5..], limit, place),
         _ => {
             let path = resolve(uri, folders, place)?;
             // Opening a pipe would wait for a writer.
@@ -106,10 +106,15 @@ fn with_near_match(fault: Fault, folders: &Folders) -> Fault {
 
 /// Bytes behind a URI without reading them, or a little more for `data:`; 0 when there are none.
 pub(crate) fn size(uri: &str, folders: &Folders) -> u64 {
-    match uri.get(..5) {
-        Some(scheme) if scheme.eq_ignore_ascii_case("data:") => uri.len() as u64,
+    match uri {
+        _ if is_data(uri) => uri.len() as u64,
         _ => resolve(uri, folders, "").ok().and_then(|path| path.metadata().ok()).map_or(0, |metadata| metadata.len()),
     }
+}
+
+/// Whether a URI holds its bytes itself.
+pub(crate) fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
 /// Path of the file that a URI names, relative to the scene's folder where the URI is; `None` where

@@ -1,10 +1,10 @@
 //! Options of `surelight measure`.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{ArgGroup, Args};
 
+use crate::input::{SceneSource, scene_sources};
 use crate::method::{Integrator, MethodArgs};
 use crate::options::{CameraArgs, Clip, FileArgs, LightArgs, heading};
 use crate::parse::{self as value, Bounces, Selector, Size};
@@ -24,9 +24,9 @@ Examples:
   surelight measure room.glb --region 100,50,140,80 --size 640x480"
 )]
 pub(crate) struct MeasureArgs {
-    /// Scene to measure, a .glb or .gltf file
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    /// Scene to measure, a .glb or .gltf file; `-` reads one without external files from standard input
+    #[arg(value_name = "SCENE", value_parser = scene_sources())]
+    pub(crate) scene: SceneSource,
 
     /// Measure the radiance that arrives at this point from --direction, in metres
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "direction", allow_hyphen_values = true)]

@@ -46,7 +46,7 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
         }
         (camera, std::f64::consts::PI, true, 1)
     } else {
-        let view = camera::choose(scene, &args.scene, &args.camera, args.size)?;
+        let view = camera::choose(scene, args.scene.name(), &args.camera, args.size)?;
         notes.extend(view.note.clone());
         // clap requires one of the three.
         let region = args.region.unwrap_or([0, 0, view.size.width, view.size.height]);

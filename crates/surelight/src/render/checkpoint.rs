@@ -25,7 +25,8 @@ use super::record::Record;
 /// The checkpoint of one render.
 #[derive(Debug)]
 pub(super) struct Checkpoint {
-    path: PathBuf,
+    /// None where no output is a file.
+    path: Option<PathBuf>,
     /// Whether the file is of this render: gone on from, or written by it.
     ours: bool,
     /// What went wrong when it was last written.
@@ -33,31 +34,38 @@ pub(super) struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Where the checkpoint of a render with these outputs lies.
+    /// Where the checkpoint of a render with these outputs lies: beside the first that is a file.
     pub(super) fn beside(outputs: &[OutputPath]) -> Self {
-        let first = outputs.first().map_or_else(PathBuf::new, |output| output.path.clone());
-        let name = name_of(first.file_stem().unwrap_or(OsStr::new("surelight")));
-        Self { path: first.with_file_name(name), ours: false, failure: None }
+        let first = outputs.iter().find(|output| !output.is_stdout()).map(|output| &output.path);
+        let beside =
+            |first: &PathBuf| first.with_file_name(name_of(first.file_stem().unwrap_or(OsStr::new("surelight"))));
+        Self { path: first.map(beside), ours: false, failure: None }
+    }
+
+    /// The file; there is none where no output is a file.
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     /// The file, where it is of this render.
     pub(super) fn kept(&self) -> Option<PathBuf> {
-        self.ours.then(|| self.path.clone())
+        self.path.clone().filter(|_| self.ours)
     }
 
     /// As an output, whose place can be checked.
-    pub(super) fn output(&self) -> OutputPath {
-        OutputPath { path: self.path.clone(), format: Format::Exr }
+    pub(super) fn output(&self) -> Option<OutputPath> {
+        self.path.clone().map(|path| OutputPath { path, format: Format::Exr })
     }
 
     /// Finds out before anything else whether there is a render to go on with, and says what the user may not expect.
     pub(super) fn look(&self, outputs: &[OutputPath], resume: bool, quiet: bool) -> Result<Option<Earlier>, Error> {
+        let Some(file) = &self.path else { return Ok(None) };
         if resume {
-            remove_leftovers(&self.path); // of a run that was killed while it saved
+            remove_leftovers(file); // of a run that was killed while it saved
         }
-        if resume && self.path.exists() {
-            let (metadata, _) = read_part_header(&self.path)?;
-            return Ok(Some(Earlier { path: self.path.clone(), metadata, finished: false }));
+        if resume && file.exists() {
+            let (metadata, _) = read_part_header(file)?;
+            return Ok(Some(Earlier { path: file.clone(), metadata, finished: false }));
         }
         let finished = outputs.iter().filter(|output| resume && output.format == Format::Exr).find_map(|output| {
             let metadata = read_exr_metadata(&output.path)?;
@@ -66,12 +74,12 @@ impl Checkpoint {
         if finished.is_some() {
             return Ok(finished);
         }
-        let path = self.path.display();
+        let path = file.display();
         if resume && !quiet {
             console::note(&format!(
                 "note: there is neither a checkpoint \"{path}\" nor a finished .exr to extend, so the render begins anew"
             ));
-        } else if let Ok((metadata, _)) = read_part_header(&self.path)
+        } else if let Ok((metadata, _)) = read_part_header(file)
             && !quiet
         {
             let [first, end] = metadata.sample_range;
@@ -114,19 +122,20 @@ impl Checkpoint {
 
     /// Writes it. A failure is told at the end: the render itself goes on.
     pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &Standing, counts: &Counts) {
-        let written = write_exr(&self.path, film, &record.metadata(film, standing, counts, true));
+        let Some(path) = &self.path else { return };
+        let written = write_exr(path, film, &record.metadata(film, standing, counts, true));
         if written.is_ok() {
             self.ours = true;
-            saved::add(&self.path);
+            saved::add(path);
         }
         self.failure = written.err().map(|error| error.to_string());
     }
 
     /// Removes it, where it is of this render.
     pub(super) fn remove(&self) {
-        if self.ours {
+        if let Some(path) = self.kept() {
             // Where that fails, what stays is out of date but intact.
-            let _ = std::fs::remove_file(&self.path);
+            let _ = std::fs::remove_file(path);
         }
     }
 }
@@ -246,14 +255,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_lies_beside_the_first_output() {
+    fn it_lies_beside_the_first_output_that_is_a_file() {
+        let dash = || OutputPath { path: "-".into(), format: Format::Exr };
+        assert_eq!(Checkpoint::beside(&[dash()]).path(), None);
         for (output, checkpoint) in [
             ("a/b.v2.png", "a/b.v2.checkpoint.exr"),
             ("c.exr", "c.checkpoint.exr"),
             ("/x/y.exr", "/x/y.checkpoint.exr"),
         ] {
             let output = OutputPath { path: output.into(), format: Format::Exr };
-            assert_eq!(Checkpoint::beside(&[output]).path, Path::new(checkpoint));
+            assert_eq!(Checkpoint::beside(&[dash(), output]).path(), Some(Path::new(checkpoint)));
         }
     }
 

@@ -26,9 +26,9 @@ impl Loaded {
     /// Reads the scene and its environment, and chooses the camera.
     pub(super) fn new(args: &RenderArgs, outputs: &[OutputPath]) -> Result<Self, Error> {
         let options = args.file.load_options();
-        let mut scene = surelight_scene::load(&args.scene, &options)?;
-        output::check(outputs, &image_files(&args.scene, &scene))?;
-        let view = camera::choose(&scene, &args.scene, &args.camera, args.size)?;
+        let mut scene = args.scene.load(&options)?;
+        output::check(outputs, &args.scene.file().map_or_else(Vec::new, |path| image_files(path, &scene)))?;
+        let view = camera::choose(&scene, args.scene.name(), &args.camera, args.size)?;
         let light_note = light::set(&mut scene, &args.light)?;
         let mut warnings = std::mem::take(&mut scene.warnings);
         warnings.extend(view.note.clone());
@@ -102,6 +102,7 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
             SharedPaths::Off => surelight_render::SharedPaths::Off,
         },
         adaptive: args.adaptive,
+        transparent: args.transparent,
         seed: args.seed,
         aperture: view.lens.map(|lens| lens.aperture),
         focus: view.lens.map(|lens| lens.focus),

@@ -1,7 +1,7 @@
 //! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
 
 use serde_json::{Map, Value, json};
-use surelight_film::{Film, Metadata, Part, SHARED_PATHS, Window};
+use surelight_film::{Film, Metadata, Part, SHARED_PATHS, TRANSPARENT, Window};
 use surelight_render::{Counts, Device, Standing};
 
 use crate::fingerprint;
@@ -123,7 +123,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         "projection": format!("{:?}", view.camera.projection),
     });
     let all = [
-        ("scene", json!(args.scene.display().to_string())),
+        ("scene", json!(args.scene.name().display().to_string())),
         ("width", json!(view.size.width)),
         ("height", json!(view.size.height)),
         ("max-bounces", args.max_bounces.0.map_or(json!("unlimited"), |n| json!(n))),
@@ -143,6 +143,7 @@ fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_path
         ("scrambles", json!(args.is_one_sequence().then_some(1))),
         (SHARED_PATHS, json!(shared_paths.then_some(true))),
         ("adaptive", json!(args.adaptive.then_some(true))),
+        (TRANSPARENT, json!(args.transparent.then_some(true))),
         ("error", json!(args.stop.error)),
         ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
         ("bound", json!(args.stop.bound.map(word))),

@@ -4,7 +4,7 @@ use surelight_film::{Precision, Reach};
 use surelight_render::Outcome;
 
 use crate::method::word;
-use crate::parse::Format;
+use crate::parse::{Format, OutputPath};
 use crate::progress::mega_rate;
 use crate::stopping::Bound;
 use crate::summary::{Adapter, Intervals, Provisional, RelativeError, Stop, Summary};
@@ -26,9 +26,9 @@ impl Finished<'_> {
         }
         Summary {
             version: env!("CARGO_PKG_VERSION"),
-            scene: self.args.scene.display().to_string(),
-            outputs: self.outputs.iter().map(|output| output.path.display().to_string()).collect(),
-            extendable: self.outputs.iter().any(|output| output.format == Format::Exr),
+            scene: self.args.scene.name().display().to_string(),
+            outputs: self.outputs.iter().map(OutputPath::name).collect(),
+            extendable: self.outputs.iter().any(|output| output.format == Format::Exr && !output.is_stdout()),
             width: self.film.width(),
             height: self.film.height(),
             adapter: Adapter {
