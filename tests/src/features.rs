@@ -3,7 +3,8 @@
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
 use surelight_render::{Constant, Directions, Features, Integrator, Prepared, Sampler, Settings, SharedPaths};
-use surelight_scene::{Camera, ClipRange, LoadOptions, Scene, procedural};
+use surelight_scene::{Camera, ClipRange, LoadOptions, Scene};
+use surelight_scenes::{GALLERY, cornell_box, probes};
 
 use crate::{render::prepare, scenes};
 
@@ -113,7 +114,7 @@ pub fn chosen_elsewhere() -> Vec<&'static str> {
 /// Constants that a kernel of any features composes with.
 pub fn constants() -> &'static [Constant] {
     static CONSTANTS: OnceLock<Vec<Constant>> = OnceLock::new();
-    CONSTANTS.get_or_init(|| prepare(&procedural::probes::two_triangles(), &Settings::new(8, 8)).constants())
+    CONSTANTS.get_or_init(|| prepare(&probes::two_triangles(), &Settings::new(8, 8)).constants())
 }
 
 /// The scenes below a folder of assets/, by name.
@@ -140,9 +141,9 @@ pub fn asset_scenes() -> Vec<Scene> {
 /// The scenes of assets/, the procedural ones and the general one, by name.
 pub fn shipped_scenes() -> Vec<Scene> {
     let mut scenes = scenes_in("");
-    scenes.extend(procedural::GALLERY.iter().map(|entry| (entry.build)()));
+    scenes.extend(GALLERY.iter().map(|entry| (entry.build)()));
     scenes.extend(scenes::probes());
-    scenes.push(scenes::with_everything(procedural::cornell_box::cornell_box()));
+    scenes.push(scenes::with_everything(cornell_box::cornell_box()));
     scenes
 }
 
