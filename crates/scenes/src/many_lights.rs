@@ -2,8 +2,8 @@
 //! dominate.
 //!
 //! **Known in closed form.** Each lantern is convex and of uniform radiance, so its power is π·L·A; [`powers`] lists
-//! them. Light adds: a picture of all lanterns is the sum of the pictures with one of them lit (VERIFICATION case
-//! `linearity`). The picture itself has no closed form.
+//! them. Light adds: a picture of all lanterns is the sum of the pictures with one of them lit
+//! (`linearity` in `docs/testing.md`). The picture itself has no closed form.
 
 use std::f64::consts::PI;
 
