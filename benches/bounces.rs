@@ -13,7 +13,8 @@ use surelight_bench::{
     paths::median,
 };
 use surelight_render::{Checks, Prepared, Probe, Settings};
-use surelight_scene::{Environment, LoadOptions, Scene, procedural::probes};
+use surelight_scene::{Environment, LoadOptions, Scene};
+use surelight_scenes::probes;
 use surelight_tests::{
     render::device,
     walk::{Found, Rays},

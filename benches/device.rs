@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use surelight_film::Film;
 use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings};
-use surelight_scene::{Scene, procedural};
+use surelight_scene::Scene;
+use surelight_scenes::{cornell_box, probes};
 use surelight_tests::render::{device, prepare};
 
 const SIZE: u32 = 128;
 
 fn scenes() -> [(&'static str, Scene); 2] {
-    [("cornell-box", procedural::cornell_box::cornell_box()), ("terrain-100k", procedural::probes::terrain(224))]
+    [("cornell-box", cornell_box::cornell_box()), ("terrain-100k", probes::terrain(224))]
 }
 
 fn renderer(prepared: &surelight_render::Prepared) -> Renderer<'static> {

@@ -10,7 +10,7 @@ use surelight_bench::{
     paths::{median, race_paths},
 };
 use surelight_render::{Renderer, Settings};
-use surelight_scene::procedural::probes::terrain;
+use surelight_scenes::probes::terrain;
 use surelight_tests::render::{device, prepare};
 
 const SIZE: u32 = 192;

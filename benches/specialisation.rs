@@ -18,7 +18,8 @@ use surelight_render::{
     Integrator, KernelKey, Part, Prepared, Renderer, Settings, SharedPaths, TABLE, compose, compose_modules,
     path_kernel, shader_modules,
 };
-use surelight_scene::{Scene, procedural};
+use surelight_scene::Scene;
+use surelight_scenes::{cornell_box, glass, spheres, textured, veach_mis};
 use surelight_tests::{
     forget::forget,
     render::{device, prepare},
@@ -53,11 +54,11 @@ fn ways() -> [(&'static str, Settings); 3] {
 
 fn scenes() -> [(&'static str, Scene); 5] {
     [
-        ("cornell-box", procedural::cornell_box::cornell_box()),
-        ("veach-mis", procedural::veach_mis::veach_mis()),
-        ("spheres", procedural::spheres::spheres()),
-        ("textured", procedural::textured::textured()),
-        ("glass", procedural::glass::glass()),
+        ("cornell-box", cornell_box::cornell_box()),
+        ("veach-mis", veach_mis::veach_mis()),
+        ("spheres", spheres::spheres()),
+        ("textured", textured::textured()),
+        ("glass", glass::glass()),
     ]
 }
 

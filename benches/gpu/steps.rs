@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use surelight_film::Film;
 use surelight_render::{Device, Instrument, Prepared, Renderer, Settings};
-use surelight_scene::{Camera, Environment, LoadOptions, Scene, procedural};
+use surelight_scene::{Camera, Environment, LoadOptions, Scene};
+use surelight_scenes::{cornell_box, many_lights, probes};
 
 use crate::{
     Plan,
@@ -45,9 +46,9 @@ pub(crate) fn adapters() -> Vec<Row> {
 pub(crate) fn load(plan: &Plan, subjects: &mut Vec<Subject>) -> Vec<Row> {
     let side = if plan.small { 71 } else { 707 };
     let mut scenes = vec![
-        ("cornell-box".to_owned(), Ok(procedural::cornell_box::cornell_box())),
-        (format!("terrain, {} triangles", 2 * side * side), Ok(procedural::probes::terrain(side))),
-        ("many-lights".to_owned(), Ok(procedural::many_lights::many_lights())),
+        ("cornell-box".to_owned(), Ok(cornell_box::cornell_box())),
+        (format!("terrain, {} triangles", 2 * side * side), Ok(probes::terrain(side))),
+        ("many-lights".to_owned(), Ok(many_lights::many_lights())),
     ];
     for file in &plan.files {
         let name = file.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();

@@ -6,7 +6,7 @@ use surelight_render::{
     CameraModel, Constant, Directions, Estimator, Integrator, KernelKey, KeyError, Origin, Part, Parts, Points,
     Prepared, Row, Sampler, Settings, SharedPaths, Surroundings, TABLE,
 };
-use surelight_scene::{Camera, ClipRange, LoadOptions, Scene, procedural};
+use surelight_scene::{Camera, ClipRange, LoadOptions, Scene};
 
 use crate::{render::prepare, scenes};
 
@@ -70,7 +70,7 @@ pub fn is_chosen_elsewhere(row: &Row) -> bool {
 /// Constants that a kernel of any key composes with.
 pub fn constants() -> &'static [Constant] {
     static CONSTANTS: OnceLock<Vec<Constant>> = OnceLock::new();
-    CONSTANTS.get_or_init(|| prepare(&procedural::probes::two_triangles(), &Settings::new(8, 8)).constants())
+    CONSTANTS.get_or_init(|| prepare(&surelight_scenes::probes::two_triangles(), &Settings::new(8, 8)).constants())
 }
 
 /// The scenes below a folder of assets/, by name.
@@ -97,9 +97,9 @@ pub fn asset_scenes() -> Vec<Scene> {
 /// The scenes of assets/, the procedural ones and the general one, by name.
 pub fn shipped_scenes() -> Vec<Scene> {
     let mut scenes = scenes_in("");
-    scenes.extend(procedural::GALLERY.iter().map(|entry| (entry.build)()));
+    scenes.extend(surelight_scenes::GALLERY.iter().map(|entry| (entry.build)()));
     scenes.extend(scenes::probes());
-    scenes.push(scenes::with_everything(procedural::cornell_box::cornell_box()));
+    scenes.push(scenes::with_everything(surelight_scenes::cornell_box::cornell_box()));
     scenes
 }
 

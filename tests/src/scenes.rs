@@ -1,4 +1,4 @@
-//! Scenes for the tests, beside those of `surelight_scene::procedural`.
+//! Scenes for the tests, beside those of `surelight_scenes`.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use surelight_scene::{
     AlphaMode, Anisotropy, Camera, Clearcoat, ClipRange, DiffuseTransmission, Environment, EnvironmentMap, Filter,
     Image, Instance, Iridescence, Light, LightKind, Material, Mesh, NormalTexture, Projection, Scene, Sheen, Texture,
     TextureRef, Volume, Wrap,
-    procedural::{furnace, probes, shapes::Shape},
 };
+use surelight_scenes::{furnace, probes, shapes::Shape};
 
 /// Procedural scenes that are made for tests.
 pub fn probes() -> Vec<Scene> {

@@ -4,7 +4,8 @@
 
 use surelight_film::Film;
 use surelight_render::{Ahead, Blueprint, Checks, Directions, Integrator, Prepared, Renderer, Settings};
-use surelight_scene::{Environment, Scene, procedural};
+use surelight_scene::{Environment, Scene};
+use surelight_scenes::{GALLERY, cornell_box, glass, probes, textured};
 use surelight_tests::render::{all, bits, device, prepare};
 use surelight_tests::scenes::{map, probes, with_everything};
 
@@ -32,7 +33,7 @@ fn check(scene: &Scene, settings: &Settings) {
 
 #[test]
 fn gallery() {
-    for entry in procedural::GALLERY {
+    for entry in GALLERY {
         check(&(entry.build)(), &Settings::new(SIZE[0], SIZE[1]));
     }
 }
@@ -41,13 +42,13 @@ fn gallery() {
 fn everything_at_once() {
     let settings =
         Settings { aperture: Some(0.02), focus: Some(3.0), max_radiance: Some(1e3), ..Settings::new(SIZE[0], SIZE[1]) };
-    check(&with_everything(procedural::textured::textured()), &settings);
-    check(&with_everything(procedural::cornell_box::cornell_box()), &settings);
+    check(&with_everything(textured::textured()), &settings);
+    check(&with_everything(cornell_box::cornell_box()), &settings);
 }
 
 #[test]
 fn skies() {
-    let mut scene = procedural::glass::glass();
+    let mut scene = glass::glass();
     for environment in [map(16, 8, |x, y| [x as f32, y as f32, 1.0]), Environment::Uniform([0.5; 3])] {
         scene.environment = Some(environment);
         check(&scene, &Settings::new(SIZE[0], SIZE[1]));
@@ -67,10 +68,10 @@ fn blueprints(scene: &Scene, settings: &Settings) -> [Blueprint; 2] {
 
 #[test]
 fn kernels_are_known_before_the_bvh() {
-    let mut scenes: Vec<Scene> = procedural::GALLERY.iter().map(|entry| (entry.build)()).collect();
+    let mut scenes: Vec<Scene> = GALLERY.iter().map(|entry| (entry.build)()).collect();
     scenes.extend(probes());
-    scenes.push(procedural::probes::terrain(224));
-    scenes.push(with_everything(procedural::cornell_box::cornell_box()));
+    scenes.push(probes::terrain(224));
+    scenes.push(with_everything(cornell_box::cornell_box()));
     let directions = Integrator::Hemisphere(Directions::Cosine);
     let mut kernels = std::collections::HashSet::new();
     for scene in &scenes {
@@ -91,7 +92,7 @@ fn kernels_compiled_ahead_give_the_same_bits() {
         renderer.trace(&mut film, 0, 2, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         (bits(&film), renderer.wgsl)
     };
-    for scene in [procedural::cornell_box::cornell_box(), procedural::textured::textured()] {
+    for scene in [cornell_box::cornell_box(), textured::textured()] {
         let prepared = prepare(&scene, &settings);
         let plain = traced(Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")));
         let right = prepared.blueprint();

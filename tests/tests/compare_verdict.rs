@@ -7,9 +7,9 @@ use glam::DVec3;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
 use surelight_film::{ExrImage, Film, Metadata, read_exr, write_exr};
 use surelight_render::{Directions, Integrator, Renderer, Settings};
-use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::procedural::torture::{self, sampling::spot};
 use surelight_scene::{Environment, Material, Scene};
+use surelight_scenes::shapes::Shape;
+use surelight_scenes::torture::{self, sampling::spot};
 use surelight_tests::render::{device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 

@@ -3,7 +3,7 @@
 use surelight_estimate::{sidak_level, student_t_survival};
 use surelight_film::Film;
 use surelight_render::{Directions, Integrator, Sampler, Settings};
-use surelight_scene::procedural::furnace;
+use surelight_scenes::furnace;
 use surelight_tests::render::{ALPHA, Judge, all, render};
 
 /// Smallest bias that the pooled tests must be able to see.

@@ -4,10 +4,8 @@
 use glam::DVec3;
 use surelight_render::Part;
 use surelight_render::Settings;
-use surelight_scene::{
-    Anisotropy, Clearcoat, DiffuseTransmission, Environment, Iridescence, Material, Scene, Sheen,
-    procedural::shapes::Shape,
-};
+use surelight_scene::{Anisotropy, Clearcoat, DiffuseTransmission, Environment, Iridescence, Material, Scene, Sheen};
+use surelight_scenes::shapes::Shape;
 use surelight_tests::bsdf::Material as Probed;
 use surelight_tests::bsdf_oracle::albedo;
 use surelight_tests::layer_oracle::Layered;

@@ -2,7 +2,8 @@
 //! is, out of sight, compared by Welch's test.
 
 use surelight_render::{Settings, TABLE};
-use surelight_scene::{Scene, procedural};
+use surelight_scene::Scene;
+use surelight_scenes::{cornell_box, glass, textured};
 use surelight_tests::kernel_keys::is_chosen_elsewhere;
 use surelight_tests::render::{prepare, trace};
 use surelight_tests::scenes::{map, with_everything};
@@ -28,27 +29,27 @@ const PICTURES: usize = 3;
 #[test]
 fn diffuse() {
     let comparison = Comparison { power: 0.05, pictures: PICTURES, pixels: true };
-    check(&procedural::cornell_box::cornell_box(), comparison, 16, 16);
+    check(&cornell_box::cornell_box(), comparison, 16, 16);
 }
 
 #[test]
 fn textures_under_a_sky() {
     // Pixels are far from normal here and below; their mean is near enough.
-    let mut scene = procedural::textured::textured();
+    let mut scene = textured::textured();
     scene.environment = Some(map(16, 8, |x, y| [(x % 5) as f32, 1.0, (y % 3) as f32]));
     check(&scene, Comparison { power: 0.1, pictures: PICTURES, pixels: false }, 16, 16);
 }
 
 #[test]
 fn glass() {
-    check(&procedural::glass::glass(), Comparison { power: 0.25, pictures: PICTURES, pixels: false }, 16, 16);
+    check(&glass::glass(), Comparison { power: 0.25, pictures: PICTURES, pixels: false }, 16, 16);
 }
 
 /// Kernels with coverage tests and textures run loops within loops, which CPU drivers count together up to a limit that ends them
 /// all in silence. Dispatches grow while they are fast: on a small picture they are, and nothing may be lost.
 #[test]
 fn long_dispatches_of_the_general_kernel_lose_nothing() {
-    let scene = with_everything(procedural::glass::glass());
+    let scene = with_everything(glass::glass());
     // Fails where walks are cut short.
     trace(&prepare(&scene, &Settings::new(8, 8)), [8, 8], 4, 256);
 }

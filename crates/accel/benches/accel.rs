@@ -9,13 +9,14 @@ use std::{hint::black_box, time::Duration};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Vec3};
 use surelight_accel::{Accel, BuildOptions, Layout, Quality, Ray, Statistics};
-use surelight_scene::{Scene, procedural};
+use surelight_scene::Scene;
+use surelight_scenes::probes;
 
 /// Rays of one measurement of a walk.
 const RAYS: usize = 1 << 12;
 
 fn scenes() -> [(&'static str, Scene); 2] {
-    [("terrain-100k", procedural::probes::terrain(224)), ("soup-100k", procedural::probes::soup(100_000, 1))]
+    [("terrain-100k", probes::terrain(224)), ("soup-100k", probes::soup(100_000, 1))]
 }
 
 fn build(scene: &Scene, quality: Quality) -> Accel {

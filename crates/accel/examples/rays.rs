@@ -8,7 +8,8 @@ use std::{error::Error, path::PathBuf, time::Instant};
 
 use glam::{Vec3, vec3};
 use surelight_accel::{Accel, BuildOptions, Hit, Instancing, Layout, NO_INSTANCE, Quality, Ray};
-use surelight_scene::{LoadOptions, Scene, load, procedural::probes};
+use surelight_scene::{LoadOptions, Scene, load};
+use surelight_scenes::probes;
 
 const SIZE: usize = 512;
 

@@ -2,24 +2,31 @@
 //!
 //! This is the only crate that knows glTF. Everything downstream (BVH, lights, kernels) reads [`Scene`] and can rely on
 //! what its types promise: indices in range, finite numbers where stated, textures decoded.
+//!
+//! ```
+//! use std::path::Path;
+//! use surelight_scene::{LoadOptions, load};
+//!
+//! let scene = load(Path::new("../../assets/cornell-box.glb"), &LoadOptions::default())?;
+//! assert_eq!(scene.triangle_count(), 38);
+//! assert!(scene.warnings.is_empty());
+//! # Ok::<(), surelight_scene::LoadError>(())
+//! ```
 
 mod camera;
 mod environment;
 mod framing;
-mod glb_writer;
 mod import;
 mod kind;
 mod layers;
 mod light;
 mod material;
 mod mesh;
-pub mod procedural;
 mod scene;
 mod texture;
 
 pub use camera::{Camera, ClipRange, Projection};
 pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
-pub use glb_writer::{GlbWriteError, write_glb};
 pub use import::{LoadError, LoadOptions, Moment, load, load_bytes};
 pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 pub use light::{Light, LightKind};

@@ -3,7 +3,7 @@ use crate::{Camera, Environment, Image, Instance, Light, Material, Mesh, Texture
 /// A validated scene: plain data, all indices in range.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// File stem, or the name of a procedural scene.
+    /// Stem of the file it was loaded from, or the name that its maker chose.
     pub name: String,
     /// Meshes, one a glTF primitive, stored once however often they are placed.
     pub meshes: Vec<Mesh>,

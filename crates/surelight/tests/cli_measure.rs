@@ -8,7 +8,8 @@ use common::{Folder, Ran};
 use glam::DVec3;
 use serde_json::Value;
 use surelight_film::read_exr;
-use surelight_scene::{Light, LightKind, Scene, procedural, write_glb};
+use surelight_scene::{Light, LightKind, Scene};
+use surelight_scenes::{glb, polygon_irradiance};
 
 /// A folder with `scene.glb`, which holds one light and nothing else.
 fn lit_by(kind: LightKind, intensity: [f32; 3]) -> Folder {
@@ -18,7 +19,7 @@ fn lit_by(kind: LightKind, intensity: [f32; 3]) -> Folder {
 
 fn with_scene(scene: &Scene) -> Folder {
     let folder = Folder::new();
-    std::fs::write(folder.path("scene.glb"), write_glb(scene, "").unwrap()).unwrap();
+    std::fs::write(folder.path("scene.glb"), glb::encode(scene, "").unwrap()).unwrap();
     folder
 }
 
@@ -102,10 +103,10 @@ fn parallel_light_is_lux_times_cosine() {
 
 #[test]
 fn a_lamp_agrees_with_lamberts_polygon() {
-    use procedural::quad_light::{LAMP_RADIANCE, lamp};
+    use surelight_scenes::quad_light::{LAMP_RADIANCE, lamp};
     let folder = asset("quad-light.glb");
     for (seed, point) in [(1, DVec3::new(0.0, 0.0, 0.6)), (2, DVec3::new(1.0, 0.0, 1.5))] {
-        let irradiance = procedural::polygon_irradiance(point, DVec3::Y, &lamp());
+        let irradiance = polygon_irradiance(point, DVec3::Y, &lamp());
         let truth = LAMP_RADIANCE.map(|l| f64::from(l) * irradiance);
         let at = format!("--irradiance {},{},{} --normal 0,1,0", point.x, point.y, point.z);
         let report = measure(&folder, &format!("{at} --error 0.5% --confidence 99.99% --seed {seed}"));
@@ -127,7 +128,7 @@ fn a_uniform_sky_is_pi_times_its_radiance() {
 
 #[test]
 fn radiance_along_a_ray_is_that_of_what_it_meets() {
-    use procedural::quad_light::{LAMP_RADIANCE, radiance};
+    use surelight_scenes::quad_light::{LAMP_RADIANCE, radiance};
     let folder = asset("quad-light.glb");
     // The floor at (0.5, 0, 1), seen from straight above.
     let report = measure(&folder, "--point 0.5,3,1 --direction 0,-1,0 --error 0.5% --confidence 99.99%");
@@ -165,10 +166,9 @@ fn a_region_is_the_mean_of_its_pixels() {
 fn intervals_cover() {
     // 40 seeds at 75 %: fewer than 19 or more than 38 hits have a probability below 1e-4 if the coverage is right; an error bar of
     // half its proper width (coverage 0.43) fails with 63 %, one of a third (0.30) with 98 %.
-    use procedural::quad_light::{LAMP_RADIANCE, lamp};
+    use surelight_scenes::quad_light::{LAMP_RADIANCE, lamp};
     let folder = asset("quad-light.glb");
-    let truth =
-        f64::from(LAMP_RADIANCE[1]) * procedural::polygon_irradiance(DVec3::new(0.0, 0.0, 0.6), DVec3::Y, &lamp());
+    let truth = f64::from(LAMP_RADIANCE[1]) * polygon_irradiance(DVec3::new(0.0, 0.0, 0.6), DVec3::Y, &lamp());
     let hits = (0..40)
         .filter(|seed| {
             let options = format!("--irradiance 0,0,0.6 --normal 0,1,0 --spp 1 --confidence 75% --seed {seed}");

@@ -81,7 +81,7 @@ fn cameras_have_names_in_any_script() {
     let mut scene = surelight_scene::load(&cornell_box(), &surelight_scene::LoadOptions::default()).unwrap();
     for name in NAMES {
         scene.cameras[0].name = name.into();
-        fs::write(folder.path("a.glb"), surelight_scene::write_glb(&scene, "").unwrap()).unwrap();
+        fs::write(folder.path("a.glb"), surelight_scenes::glb::encode(&scene, "").unwrap()).unwrap();
         run(&folder, &words(&["a.glb", "--camera", name, "-o", "a.exr"].map(OsStr::new))).succeeded();
         let metadata = read_exr(&folder.path("a.exr")).unwrap().surelight_metadata().unwrap();
         assert_eq!(metadata.settings["camera"]["name"], name);

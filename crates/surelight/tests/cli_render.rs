@@ -190,7 +190,7 @@ fn clipping_planes_are_followed_and_can_be_put_off() {
     let folder = Folder::new();
     let mut scene = surelight_scene::load(&common::cornell_box(), &surelight_scene::LoadOptions::default()).unwrap();
     scene.cameras[0].clip.near = 1e3;
-    std::fs::write(folder.path("cut.glb"), surelight_scene::write_glb(&scene, "").unwrap()).unwrap();
+    std::fs::write(folder.path("cut.glb"), surelight_scenes::glb::encode(&scene, "").unwrap()).unwrap();
     let render = |clip: &str| {
         let ran = folder.run(&format!("cut.glb --size 8x8 --spp 1 --json {clip} -o a.exr")).succeeded();
         let summary: Value = serde_json::from_str(&ran.stdout).unwrap();

@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use surelight_scene::procedural::{Entry, GALLERY, extensions, spheres, torture};
-use surelight_scene::write_glb;
+use surelight_scenes::{Entry, GALLERY, extensions, glb, spheres, torture};
 
 /// No committed scene may be larger.
 const MOST_BYTES: usize = 300 * 1024;
@@ -107,7 +106,7 @@ fn generate() -> Result<Vec<File>, String> {
 fn scene_file(entry: &Entry, most_bytes: usize) -> Result<(Vec<u8>, String), String> {
     let Entry { name, shows, known, build } = entry;
     let scene = build();
-    let bytes = write_glb(&scene, known).map_err(|e| format!("{name}: {e}"))?;
+    let bytes = glb::encode(&scene, known).map_err(|e| format!("{name}: {e}"))?;
     if bytes.len() > most_bytes {
         return Err(format!("{name}.glb takes {} bytes; the limit is {most_bytes}", bytes.len()));
     }
@@ -119,10 +118,11 @@ fn extensions_readme(table: &str) -> String {
     format!(
         "# Files for one extension each
 
-Those in the table are made by `cargo xtask assets` from `crates/scene/src/procedural/extensions.rs`, and held against what is known by
-`tests/torture/bsdf/extensions.rs`. Each is seen straight on, under a white sky (`--sky 1,1,1`) unless it has a light.
-The others, `basisu`, `draco` and `meshopt-*`, were made by encoders of other hands ([gltf.md](../../docs/gltf.md)), with the plain meshes or
-colours that they must equal beside them.
+Those in the table are made by `cargo xtask assets` from `crates/scenes/src/extensions.rs`, and
+held against what is known by `tests/torture/bsdf/extensions.rs`. Each is seen straight on, under a
+white sky (`--sky 1,1,1`) unless it has a light. The others, `basisu`, `draco` and `meshopt-*`, were
+made by encoders of other hands ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
+that they must equal beside them.
 
 | file | shows | known | triangles | bytes |
 |---|---|---|---:|---:|
@@ -134,7 +134,7 @@ fn torture_readme(table: &str) -> String {
     format!(
         "# The torture list's scenes
 
-Made by `cargo xtask assets` from `crates/scene/src/procedural/torture/`, like the scenes beside this folder. Tests of the same
+Made by `cargo xtask assets` from `crates/scenes/src/torture/`, like the scenes beside this folder. Tests of the same
 names are in `tests/torture/` ([testing](../../docs/testing.md)). A sky is no part of a glTF file: where a case needs one, it
 is named with the option that sets it.
 
@@ -148,7 +148,7 @@ fn readme(table: &str) -> String {
     format!(
         "# Generated scenes
 
-Made by `cargo xtask assets` from `crates/scene/src/procedural/` (this table too); `cargo xtask assets --check` fails
+Made by `cargo xtask assets` from `crates/scenes/src/` (this table too); `cargo xtask assets --check` fails
 when a file differs from the code. Each says what is known about it, here and in `asset.extras.notes` of the file.
 Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sided; radiance in linear Rec. 709.
 

@@ -24,7 +24,7 @@ mod tests {
 
     #[test]
     fn sky_is_read_back_to_half_precision() {
-        let sky = surelight_scene::procedural::spheres::sky();
+        let sky = surelight_scenes::spheres::sky();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("sky.exr");
         std::fs::write(&path, exr(&sky).expect("it can be encoded")).expect("it can be written");

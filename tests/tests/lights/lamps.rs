@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use surelight_render::Prepared;
-use surelight_scene::{Light, LightKind, Scene, procedural::shapes::Shape};
+use surelight_scene::{Light, LightKind, Scene};
+use surelight_scenes::shapes::Shape;
 use surelight_tests::light::{Query, Sample, probe, random_queries};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 

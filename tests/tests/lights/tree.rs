@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use surelight_estimate::{chi_squared_test, sidak_level};
 use surelight_render::{Part, Settings};
-use surelight_scene::{Light, LightKind, Material, Scene, procedural::shapes::Shape};
+use surelight_scene::{Light, LightKind, Material, Scene};
+use surelight_scenes::shapes::Shape;
 use surelight_tests::light::{Query, probe};
 use surelight_tests::random::Random;
 use surelight_tests::render::{ALPHA, prepare};

@@ -2,7 +2,7 @@
 
 use surelight_film::Film;
 use surelight_render::{AdapterChoice, Device, Renderer, Settings};
-use surelight_scene::procedural::torture;
+use surelight_scenes::torture;
 use surelight_tests::path_oracle::PathOracle;
 use surelight_tests::render::prepare;
 use surelight_tests::welch::Comparison;

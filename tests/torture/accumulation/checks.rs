@@ -2,7 +2,7 @@
 
 use surelight_film::Film;
 use surelight_render::{Checks, Renderer, Settings};
-use surelight_scene::procedural::torture;
+use surelight_scenes::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 
 #[test]

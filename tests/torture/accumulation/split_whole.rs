@@ -3,7 +3,7 @@
 
 use surelight_film::{Film, Window};
 use surelight_render::{Instrument, Prepared, Renderer, Settings};
-use surelight_scene::procedural::torture;
+use surelight_scenes::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 
 const SIZE: [u32; 2] = [48, 40];

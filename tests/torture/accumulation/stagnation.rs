@@ -2,7 +2,7 @@
 
 use surelight_film::Film;
 use surelight_render::{Goal, Renderer, Settings, render};
-use surelight_scene::procedural::torture::accumulation::{self, WALL};
+use surelight_scenes::torture::accumulation::{self, WALL};
 use surelight_tests::render::{device, prepare};
 
 /// Samples of the pixel. In a plain f32 sum already 2^22 equal samples are off by percents.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use surelight_render::Settings;
-use surelight_scene::procedural::torture::bsdf as scenes;
+use surelight_scenes::torture::bsdf as scenes;
 use surelight_tests::render::{Judge, render};
 
 /// (1 − α)⁶⁴ for what is seen through the sheets, and for the light that comes through them onto a floor.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use surelight_render::Settings;
-use surelight_scene::procedural::extensions::FILES;
 use surelight_scene::{Environment, LoadOptions, Scene, load};
+use surelight_scenes::extensions::FILES;
 use surelight_tests::render::{Judge, all, render};
 
 fn file(name: &str) -> Scene {

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use surelight_render::Settings;
-use surelight_scene::procedural::{probes, shapes::Shape};
-use surelight_scene::{Environment, LoadOptions, Material, Scene, Volume, load_bytes, write_glb};
+use surelight_scene::{Environment, LoadOptions, Material, Scene, Volume, load_bytes};
+use surelight_scenes::{glb, probes, shapes::Shape};
 use surelight_tests::render::{Judge, all, render};
 use surelight_tests::scenes::{add, look_at, pinhole};
 
@@ -66,7 +66,7 @@ fn open_volumes_are_thin_walls() {
     let shapes = [sheet.clone(), sheet.turned_over(), bowl.clone(), bowl.turned_over()];
     for (i, shape) in shapes.into_iter().enumerate() {
         let made = in_white_sky(shape, glass(CLEAR), 30.0);
-        let file = write_glb(&made, "").expect("writes");
+        let file = glb::encode(&made, "").expect("writes");
         let read = load_bytes(&file, "open.glb".as_ref(), &LoadOptions::default()).expect("loads");
         assert!(read.warnings.len() == 1 && read.warnings[0].contains("not closed"), "{:?}", read.warnings);
         let film = render(&Scene { environment: made.environment, ..read }, &Settings::new(32, 32), 1, 16);
@@ -208,7 +208,7 @@ fn extreme_media_stay_finite() {
 /// The whole faceted ball, rim included, where light goes round inside for long by total reflection: 1.000 at unbounded depth.
 #[test]
 fn glass_sphere_furnace() {
-    let scene = surelight_scene::procedural::torture::scene("glass-sphere-furnace");
+    let scene = surelight_scenes::torture::scene("glass-sphere-furnace");
     let film = render(&scene, &Settings { seed: 30, ..Settings::new(48, 48) }, 16, 64);
     Judge::new(0.01).mean("the whole glass ball", &film, [1.0; 3]);
 }

@@ -3,10 +3,10 @@
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 use surelight_accel::Instancing;
 use surelight_render::{Directions, Integrator, Part, Settings};
-use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Volume, Wrap,
 };
+use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{all, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;

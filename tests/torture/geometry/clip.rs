@@ -9,8 +9,8 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 use surelight_film::Film;
 use surelight_render::{Cut, Part, Prepared, Renderer, Settings};
-use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes, write_glb};
+use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes};
+use surelight_scenes::{glb, shapes::Shape};
 use surelight_tests::render::{all, bits, device, prepare, trace};
 use surelight_tests::scenes::{add, orthographic, pinhole};
 
@@ -42,7 +42,7 @@ fn camera(is_orthographic: bool, near: f64, far: f64) -> Camera {
 /// The scene as it is read from its file, under a blue sky.
 fn through_file(mut scene: Scene, camera: Camera) -> Scene {
     scene.cameras = vec![camera];
-    let bytes = write_glb(&scene, "").unwrap_or_else(|e| panic!("{e}"));
+    let bytes = glb::encode(&scene, "").unwrap_or_else(|e| panic!("{e}"));
     let mut read = load_bytes(&bytes, Path::new("clip.glb"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(read.warnings, Vec::<String>::new());
     read.environment = Some(Environment::Uniform(SKY.map(|c| c as f32)));

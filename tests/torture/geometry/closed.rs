@@ -5,7 +5,7 @@ use surelight_accel::Instancing;
 use surelight_film::Film;
 use surelight_render::Settings;
 use surelight_scene::Scene;
-use surelight_scene::procedural::torture::{self, geometry};
+use surelight_scenes::torture::{self, geometry};
 use surelight_tests::render::{all, prepare, render, trace};
 use surelight_tests::respawn::paths;
 

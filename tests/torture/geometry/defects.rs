@@ -2,8 +2,11 @@
 
 use surelight_accel::Skipped;
 use surelight_render::{Integrator, Settings};
-use surelight_scene::procedural::torture::geometry::{self, Defects, Twins};
-use surelight_scene::{LoadOptions, Scene, load_bytes, write_glb};
+use surelight_scene::{LoadOptions, Scene, load_bytes};
+use surelight_scenes::{
+    glb,
+    torture::geometry::{self, Defects, Twins},
+};
 use surelight_tests::render::{all, bits, pooled, prepare, render, trace};
 
 /// The bits of a picture, and what the BVH left out.
@@ -14,7 +17,7 @@ fn picture(scene: &Scene) -> (Vec<[u64; 3]>, Skipped) {
 
 /// Written to a file and read back.
 fn reread(scene: &Scene) -> Scene {
-    let file = write_glb(scene, "").unwrap_or_else(|e| panic!("{e}"));
+    let file = glb::encode(scene, "").unwrap_or_else(|e| panic!("{e}"));
     load_bytes(&file, "degenerate.glb".as_ref(), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 

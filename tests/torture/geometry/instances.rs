@@ -2,7 +2,7 @@
 
 use surelight_accel::{BuildOptions, Instancing};
 use surelight_render::{Part, Settings};
-use surelight_scene::procedural::torture;
+use surelight_scenes::torture;
 use surelight_tests::render::{all, pooled, prepare, trace};
 use surelight_tests::welch::Comparison;
 

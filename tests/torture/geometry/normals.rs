@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use surelight_accel::oracle::{Oracle, ray_towards};
 use surelight_render::Settings;
-use surelight_scene::{Projection, Scene, procedural::torture};
+use surelight_scene::{Projection, Scene};
+use surelight_scenes::torture;
 use surelight_tests::render::{ALPHA, all, pooled, render};
 
 use surelight_estimate::{sidak_level, z_test};

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use surelight_accel::Instancing;
-use surelight_scene::procedural::shapes::Shape;
+use surelight_scenes::shapes::Shape;
 use surelight_tests::respawn::{assert_none, check, room};
 
 #[test]

@@ -7,7 +7,7 @@ use surelight_accel::oracle::Oracle;
 use surelight_accel::{BuildOptions, Instancing, Quality, Ray};
 use surelight_render::{Part, Settings};
 use surelight_scene::Mesh;
-use surelight_scene::procedural::{shapes::Shape, torture::geometry};
+use surelight_scenes::{shapes::Shape, torture::geometry};
 use surelight_tests::random::Random;
 use surelight_tests::render::{all, render};
 use surelight_tests::walk::{FAR, Rays, hold_against_oracle, lone, on_instance, point_of, prepare, try_walk, walk};

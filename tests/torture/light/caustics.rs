@@ -9,12 +9,12 @@ use glam::{DAffine3, DQuat, DVec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test, z_test};
 use surelight_film::{Film, Window};
 use surelight_render::{Integrator, Part, Renderer, Settings};
-use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::procedural::torture::light::sds as globe;
 use surelight_scene::{
     AlphaMode, Camera, Clearcoat, ClipRange, Environment, Instance, Light, LightKind, Material, Projection, Scene,
     Volume,
 };
+use surelight_scenes::shapes::Shape;
+use surelight_scenes::torture::light::sds as globe;
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, orthographic, pinhole};
 

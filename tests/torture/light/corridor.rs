@@ -1,7 +1,7 @@
 //! Light that comes by mirrors alone.
 
 use surelight_render::Settings;
-use surelight_scene::procedural::probes;
+use surelight_scenes::probes;
 use surelight_tests::render::{all, render};
 
 /// Light between two mirrors: Fᵏ after k reflections, without variance while roulette spares the path.

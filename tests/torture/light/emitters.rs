@@ -5,8 +5,8 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use surelight_render::{Directions, Integrator, Part, Settings};
-use surelight_scene::procedural::{quad_light, shapes::Shape};
 use surelight_scene::{AlphaMode, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Wrap};
+use surelight_scenes::{quad_light, shapes::Shape};
 use surelight_tests::render::{Judge, all, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, orthographic, pinhole};
 use surelight_tests::welch::Comparison;
@@ -45,7 +45,7 @@ fn lambert_mean(corners: [[f64; 2]; 4]) -> f64 {
     let polygon = corners.map(|[x, z]| DVec3::new(x, 1.0, z));
     let at = |k: usize| 0.25 * ((k as f64 + 0.5) / GRID as f64 * 2.0 - 1.0);
     let points = (0..GRID * GRID).map(|k| DVec3::new(1.2 + at(k % GRID), 0.0, at(k / GRID)));
-    let sum: f64 = points.map(|p| surelight_scene::procedural::polygon_irradiance(p, DVec3::Y, &polygon).abs()).sum();
+    let sum: f64 = points.map(|p| surelight_scenes::polygon_irradiance(p, DVec3::Y, &polygon).abs()).sum();
     0.5 / std::f64::consts::PI * sum / (GRID * GRID) as f64
 }
 

@@ -3,8 +3,8 @@
 use surelight_estimate::{Estimate, sidak_level, welch_test, z_test};
 use surelight_film::Film;
 use surelight_render::Settings;
-use surelight_scene::procedural::torture::light as scenes;
-use surelight_scene::procedural::torture::light::{linearity_radiance, many_lamps, many_lamps_radiance};
+use surelight_scenes::torture::light as scenes;
+use surelight_scenes::torture::light::{linearity_radiance, many_lamps, many_lamps_radiance};
 use surelight_tests::render::{ALPHA, all, pooled, render};
 
 const SIDE: u32 = 16;

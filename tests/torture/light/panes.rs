@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use surelight_render::{Directions, Integrator, Part, Settings, SharedPaths};
-use surelight_scene::procedural::{shapes::Shape, window};
 use surelight_scene::{
     AlphaMode, Clearcoat, Environment, Filter, Image, Light, LightKind, Material, Scene, Sheen, Texture, TextureRef,
     Volume, Wrap,
 };
+use surelight_scenes::{shapes::Shape, window};
 use surelight_tests::render::{all, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, orthographic, pinhole};
 use surelight_tests::welch::Comparison;

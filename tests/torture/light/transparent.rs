@@ -3,8 +3,8 @@
 use glam::DVec3;
 use surelight_film::{Film, Window};
 use surelight_render::{Directions, Integrator, Renderer, Settings, SharedPaths};
-use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{AlphaMode, Environment, Light, LightKind, Material, Scene, Volume};
+use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{all, device, prepare};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, orthographic};
 

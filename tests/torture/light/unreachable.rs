@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use surelight_render::{Integrator, Settings, Unreachable};
-use surelight_scene::procedural::shapes::Shape;
-use surelight_scene::procedural::torture::{self, light::sds as globe};
 use surelight_scene::{Light, LightKind, Material, Scene, Volume};
+use surelight_scenes::shapes::Shape;
+use surelight_scenes::torture::{self, light::sds as globe};
 use surelight_tests::render::{all, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
 

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use surelight_render::Settings;
-use surelight_scene::procedural::{self, torture::numeric};
+use surelight_scenes::torture::{self, numeric};
 use surelight_tests::bsdf::{BsdfProbe, Eval, Material};
 use surelight_tests::light::{Query, probe};
 use surelight_tests::render::{all, prepare, render};
@@ -79,7 +79,7 @@ fn lobes() {
 
 /// Samples of lights: unit directions, positive densities, and points that lie where the light is.
 fn lights() {
-    let mut scene = procedural::torture::scene("u-endpoints");
+    let mut scene = torture::scene("u-endpoints");
     scene.environment = Some(map(8, 4, |x, y| [0.01 * (1 + x + y) as f32; 3]));
     let prepared = prepare(&scene, &Settings::new(8, 8));
     let mut queries = Vec::new();

@@ -3,8 +3,12 @@
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_accel::Instancing;
 use surelight_render::Settings;
-use surelight_scene::procedural::{self, shapes::Shape, torture::numeric};
 use surelight_scene::{LightKind, Scene};
+use surelight_scenes::{
+    cornell_box, furnace, glass, quad_light,
+    shapes::Shape,
+    torture::{self, numeric},
+};
 use surelight_tests::render::{Judge, all, render, ulps};
 use surelight_tests::respawn::{assert_none, check, room};
 use surelight_tests::scenes::{look_at, pinhole};
@@ -39,8 +43,8 @@ const DISTANCES: [DVec3; 3] = [
 /// A furnace at 2^20 is a furnace, and no ray in a room whose corners lie at 1e5 meets the wall that it leaves.
 #[test]
 fn far_origin() {
-    let film = render(&procedural::torture::scene("far-origin"), &Settings::new(40, 40), 16, 32);
-    Judge::new(0.003).mean("furnace at 2^20", &film, procedural::furnace::RADIANCE.map(f64::from));
+    let film = render(&torture::scene("far-origin"), &Settings::new(40, 40), 16, 32);
+    Judge::new(0.003).mean("furnace at 2^20", &film, furnace::RADIANCE.map(f64::from));
     let by = DVec3::new(-1e5, 1e5, 1e5);
     let cube = Shape::cuboid(by - DVec3::ONE, by + DVec3::ONE);
     assert_none([check("room at 1e5", &room(cube, by + DVec3::new(0.3, 0.25, 0.9)), Instancing::Never, 2.0)]);
@@ -81,9 +85,7 @@ fn through_a_telephoto_lens() {
 
 /// Same seed, same samples: what differs is rounding alone.
 fn pictures() {
-    for scene in
-        [procedural::cornell_box::cornell_box(), procedural::quad_light::quad_light(), procedural::glass::glass()]
-    {
+    for scene in [cornell_box::cornell_box(), quad_light::quad_light(), glass::glass()] {
         let near = render(&scene, &Settings::new(48, 48), 4, 16);
         for by in DISTANCES {
             let far = render(&moved(scene.clone(), by, false), &Settings::new(48, 48), 4, 16);
@@ -99,10 +101,10 @@ fn pictures() {
 #[test]
 fn rooms_with_far_vertices() {
     let by = DVec3::new(-1e5, 1e5, 1e5);
-    let room = moved(procedural::furnace::bare_room(), by, true);
+    let room = moved(furnace::bare_room(), by, true);
     for mesh in &room.meshes {
         assert!(mesh.positions.iter().all(|p| (*p - by.as_vec3()).abs() == Vec3::ONE), "f32 has moved the corners");
     }
     let film = render(&room, &Settings::new(40, 40), 16, 32);
-    Judge::new(LIMIT).mean("room at 1e5", &film, procedural::furnace::RADIANCE.map(f64::from));
+    Judge::new(LIMIT).mean("room at 1e5", &film, furnace::RADIANCE.map(f64::from));
 }

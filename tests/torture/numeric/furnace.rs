@@ -1,7 +1,7 @@
 //! Case 1: a furnace whose every single sample is known.
 
 use surelight_render::Settings;
-use surelight_scene::procedural::torture::numeric;
+use surelight_scenes::torture::numeric;
 use surelight_tests::render::{all, render, ulps};
 
 /// A convex Lambertian body under a uniform sky reflects once: each sample that meets it is ρ·L, each other L.

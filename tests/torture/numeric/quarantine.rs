@@ -2,7 +2,7 @@
 
 use surelight_film::Film;
 use surelight_render::{Counts, Renderer, Settings};
-use surelight_scene::procedural::torture::numeric;
+use surelight_scenes::torture::numeric;
 use surelight_tests::render::{all, bits, device, prepare};
 
 const SIZE: [u32; 2] = [24, 24];

@@ -2,14 +2,15 @@
 
 use glam::{DAffine3, DVec3};
 use surelight_render::Settings;
-use surelight_scene::{Scene, procedural};
+use surelight_scene::Scene;
+use surelight_scenes::{furnace, quad_light, torture};
 use surelight_tests::render::{Judge, all, bits, pooled, render};
 
 /// 2^±10 times the light is 2^±10 times the picture, bit for bit.
 #[test]
 fn scale_emission() {
     let lit = |factor: f32| {
-        let mut scene = procedural::torture::scene("scale-emission");
+        let mut scene = torture::scene("scale-emission");
         scene.materials.iter_mut().for_each(|m| m.emissive = m.emissive.map(|e| e * factor));
         render(&scene, &Settings::new(32, 32), 2, 8)
     };
@@ -34,7 +35,7 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
 /// bit.
 #[test]
 fn scale_geometry() {
-    let scene = procedural::torture::scene("scale-geometry");
+    let scene = torture::scene("scale-geometry");
     let bits_at =
         |exponent: i32| bits(&render(&scaled(&scene, f64::from(exponent).exp2()), &Settings::new(40, 40), 2, 16));
     let own = bits_at(0);
@@ -48,7 +49,7 @@ fn scale_geometry() {
 /// Scaling by anything else is rounding alone.
 #[test]
 fn scales_that_round() {
-    let scene = procedural::quad_light::quad_light();
+    let scene = quad_light::quad_light();
     let mean = |factor: f64| {
         let film = render(&scaled(&scene, factor), &Settings::new(48, 48), 4, 16);
         pooled(&film, 1, all(&film)).mean
@@ -64,6 +65,6 @@ fn scales_that_round() {
 /// A furnace of two micrometres is a furnace.
 #[test]
 fn tiny_scene() {
-    let film = render(&procedural::torture::scene("tiny-scene"), &Settings::new(40, 40), 16, 64);
-    Judge::new(0.003).mean("furnace of 2 µm", &film, procedural::furnace::RADIANCE.map(f64::from));
+    let film = render(&torture::scene("tiny-scene"), &Settings::new(40, 40), 16, 64);
+    Judge::new(0.003).mean("furnace of 2 µm", &film, furnace::RADIANCE.map(f64::from));
 }

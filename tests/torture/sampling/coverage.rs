@@ -12,7 +12,7 @@ use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
 use surelight_render::{Integrator, Renderer, Settings, SharedPaths};
 use surelight_scene::Scene;
-use surelight_scene::procedural::{cornell_box, glass, quad_light, veach_mis};
+use surelight_scenes::{cornell_box, glass, quad_light, veach_mis};
 use surelight_tests::render::{device, prepare};
 use surelight_tests::scenes::{look_at, pinhole};
 use surelight_tests::seeds::film_of;

@@ -1,7 +1,7 @@
 //! The depth series: after D bounces a closed room shows the first D + 1 terms of Le·Σ ρᵏ.
 
 use surelight_render::{Directions, Integrator, Settings};
-use surelight_scene::procedural::torture;
+use surelight_scenes::torture;
 use surelight_tests::render::{all, prepare, trace, ulps};
 
 /// Without light sampling the room's series is summed along each path: every single sample is Le·Σ ρᵏ, exact but for rounding, as

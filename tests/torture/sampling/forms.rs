@@ -9,10 +9,10 @@ use surelight_accel::{BuildOptions, Instancing};
 use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
 use surelight_render::{Directions, Integrator, Part, Renderer, Sampler, Settings};
-use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{
     Clearcoat, DiffuseTransmission, Environment, Instance, Light, LightKind, Material, Scene, Sheen,
 };
+use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{all, device, pooled, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 use surelight_tests::welch::Comparison;
@@ -240,7 +240,7 @@ fn samplers_agree() {
 /// Means and variances of a picture's pixels, over seeds, at 64 samples a pixel in batches as a render makes them.
 fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
     const SEEDS: u32 = 8;
-    let scene = surelight_scene::procedural::cornell_box::cornell_box();
+    let scene = surelight_scenes::cornell_box::cornell_box();
     let pictures: Vec<Vec<f64>> = (0..SEEDS)
         .map(|seed| {
             let settings = Settings { one_scramble, seed, ..Settings::new(24, 24) };

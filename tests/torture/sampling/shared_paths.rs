@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
 use surelight_render::{Part, Renderer, Settings, SharedPaths};
-use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
+use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{ALPHA, all, device, prepare};
 use surelight_tests::scenes::{add, lambert};
 
@@ -104,7 +104,7 @@ fn check(scene: &Scene, samples: u32, power: f64, ratio: f64) {
 
 #[test]
 fn neighbours_agree_about_diffuse_walls() {
-    check(&surelight_scene::procedural::cornell_box::cornell_box(), 32, 0.01, 0.5);
+    check(&surelight_scenes::cornell_box::cornell_box(), 32, 0.01, 0.5);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn neighbours_agree_about_gloss() {
 /// the rest.
 #[test]
 fn neighbours_agree_about_what_a_near_plane_leaves() {
-    let mut scene = surelight_scene::procedural::cornell_box::cornell_box();
+    let mut scene = surelight_scenes::cornell_box::cornell_box();
     scene.name = "cut".into();
     let (low, high) = scene.bounds().expect("it has walls");
     let camera = &mut scene.cameras[0];

@@ -7,7 +7,7 @@ use surelight_tests::render::{all, device, prepare, trace};
 ///
 /// A picture is 16 scrambles, of one sample at least, as in a render: its variance is known from the spread of `batches` scrambles.
 fn errors(sampler: Sampler, spps: &[u32], batches: u32) -> Vec<f64> {
-    let scene = surelight_scene::procedural::cornell_box::cornell_box();
+    let scene = surelight_scenes::cornell_box::cornell_box();
     let prepared = prepare(&scene, &Settings { sampler, ..Settings::new(24, 24) });
     let error = |&spp: &u32| {
         let film = trace(&prepared, [24, 24], batches, (spp / 16).max(1));

@@ -6,7 +6,7 @@
 use surelight_estimate::{Moments, sidak_level, z_test};
 use surelight_film::{Bound, Film, Precision};
 use surelight_render::{Directions, Goal, Integrator, Outcome, Renderer, Settings, render};
-use surelight_scene::procedural::torture::sampling::spot;
+use surelight_scenes::torture::sampling::spot;
 use surelight_tests::render::{ALPHA, all, device, pooled, prepare};
 
 const SIZE: [u32; 2] = [8, 4];

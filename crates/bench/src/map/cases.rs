@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use surelight_render::Integrator;
-use surelight_scene::procedural::{
+use surelight_scene::{Camera, ClipRange, Instance, Light, LightKind, Material, Projection, Scene, Volume};
+use surelight_scenes::{
     cornell_box, furnace, glass,
     shapes::Shape,
     torture::{light, sampling},
 };
-use surelight_scene::{Camera, ClipRange, Instance, Light, LightKind, Material, Projection, Scene, Volume};
 
 use super::{Case, SIDE, Truth};
 

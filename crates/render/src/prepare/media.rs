@@ -57,8 +57,8 @@ fn bounds(scene: &Scene, instance: &Instance) -> Option<[DVec3; 2]> {
 mod tests {
     use super::*;
     use glam::DAffine3;
-    use surelight_scene::procedural::shapes::Shape;
     use surelight_scene::{Material, Volume};
+    use surelight_scenes::shapes::Shape;
 
     /// Glass cubes by half their sides and places along x.
     fn cubes(all: &[(f64, f64)]) -> Scene {

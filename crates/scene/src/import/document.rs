@@ -3,8 +3,8 @@
 //! The crate `gltf` has such types too, but cuts indices to 32 bits without a word, so that `"mesh": 4294967296` becomes
 //! mesh 0, and gives up the whole file for a mistyped optional extension. Here indices keep their 64 bits and extensions
 //! stay JSON text until a reader that knows them asks. What the numbers and names stand for (component types, modes, wrap
-//! modes, interpolations) and the usual .glb do come from `gltf`, and tests hold this crate's writer against its
-//! validation.
+//! modes, interpolations) and the usual .glb do come from `gltf`, whose validator also checks the files of
+//! `surelight-scenes` in tests.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
-use surelight_scene::procedural::shapes::Shape;
 use surelight_scene::{Mesh, Scene};
+use surelight_scenes::shapes::Shape;
 
 use crate::build::{FLOAT, Gltf, UINT, floats, warned, words};
 

@@ -1,15 +1,15 @@
-//! The gallery, written by this crate's writer and read back: everything must be as it was.
+//! The gallery, encoded by `surelight_scenes::glb` and read back: everything must be as it was.
 
 use std::path::PathBuf;
 
-use surelight_scene::procedural::GALLERY;
-use surelight_scene::{LightKind, LoadOptions, Projection, load_bytes, write_glb};
+use surelight_scene::{LightKind, LoadOptions, Projection, load_bytes};
+use surelight_scenes::{GALLERY, glb};
 
 #[test]
 fn what_is_written_is_read_back() {
     for entry in GALLERY {
         let made = (entry.build)();
-        let bytes = write_glb(&made, entry.known).expect("writes");
+        let bytes = glb::encode(&made, entry.known).expect("writes");
         let path = PathBuf::from(format!("{}.glb", entry.name));
         let read = load_bytes(&bytes, &path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(read.warnings, Vec::<String>::new(), "{}", entry.name);

@@ -1,9 +1,10 @@
-//! The crate `gltf` as a second opinion: what our writer makes and what our tests build must be valid to its validator too.
+//! The crate `gltf` as a second opinion: its validator must accept what `surelight_scenes::glb`
+//! encodes and what these tests build.
 
 use std::path::Path;
 
-use surelight_scene::procedural::GALLERY;
-use surelight_scene::{LoadOptions, load_bytes, write_glb};
+use surelight_scene::{LoadOptions, load_bytes};
+use surelight_scenes::{GALLERY, glb};
 
 use crate::build::Gltf;
 
@@ -11,7 +12,7 @@ use crate::build::Gltf;
 fn gltf_validates_what_the_writer_writes() {
     for entry in GALLERY {
         let made = (entry.build)();
-        let bytes = write_glb(&made, entry.known).expect("writes");
+        let bytes = glb::encode(&made, entry.known).expect("writes");
         // Full validation of names, ranges and required fields; extensions stay as JSON.
         let other = validated(&bytes).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
         let ours = load_bytes(&bytes, Path::new("made.glb"), &LoadOptions::default()).expect("loads");
