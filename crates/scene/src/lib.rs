@@ -16,6 +16,7 @@ mod mesh;
 pub mod procedural;
 mod scene;
 mod texture;
+mod validate;
 
 pub use camera::{Camera, ClipRange, Projection};
 pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
@@ -27,3 +28,4 @@ pub use material::{AlphaMode, Material, Volume};
 pub use mesh::{Instance, Mesh};
 pub use scene::{ExtensionUse, Scene};
 pub use texture::{Filter, Image, NormalTexture, Texture, TextureRef, Wrap};
+pub use validate::SceneError;
