@@ -1,14 +1,61 @@
-//! The walk over the wide format on the CPU, in the order of operations that a kernel uses; see [`crate::wide`].
+//! The kernel's walk on the CPU, over the same items and in the same order of operations; see
+//! [`crate::item`].
 
 use glam::Vec3;
 
 use crate::{
-    Accel, Hit, Item, MOST_STACK, NO_INSTANCE, Ray, safe_reciprocal,
-    wide::{Kind, SLAB_PADDING, kind, step},
+    Accel, NO_INSTANCE,
+    item::{Item, Kind, SLAB_PADDING},
+    tree::MAX_STACK_DEPTH,
 };
+
+/// Direction components nearer to 0 are moved out to this before their reciprocal is taken.
+pub const MIN_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
 
 /// A child that is not entered, in the list of those that are.
 const MISS: u32 = u32::MAX;
+
+/// A ray in camera space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Where it goes; need not be of unit length.
+    pub direction: Vec3,
+    /// Hits count from here, in multiples of the direction; at least 0.
+    pub t_min: f32,
+    /// Hits count up to here; at most 1e30, which stands for no limit.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// Without a limit.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max: 1e30 }
+    }
+}
+
+/// The nearest hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in multiples of the direction.
+    pub t: f32,
+    /// Barycentric weight of the second corner.
+    pub b1: f32,
+    /// Barycentric weight of the third corner.
+    pub b2: f32,
+    /// Index into [`Accel::triangles`].
+    pub prim: u32,
+    /// Index into [`Accel::instances`], or [`crate::NO_INSTANCE`].
+    pub instance: u32,
+    /// Index into [`Accel::items`].
+    pub item: u32,
+}
+
+/// Reciprocals of a direction's components, finite and with their signs.
+pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
+    direction.abs().max(Vec3::splat(MIN_DIRECTION)).copysign(direction).recip()
+}
 
 /// A ray as one level of the tree sees it.
 #[derive(Clone, Copy)]
@@ -43,7 +90,7 @@ impl Local {
     /// Distance at which each child is entered.
     fn enter(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
         let r = self.reciprocal;
-        let m = step(item) * r;
+        let m = item.step() * r;
         let n = (item.vec3(0) - self.origin) * r;
         // Near and far words by the sign bit, which −0 has too.
         let words = |axis: usize| {
@@ -61,7 +108,8 @@ impl Local {
         out
     }
 
-    /// Distance to a triangle's plane, in lengths of the direction; no number where they are parallel.
+    /// Distance to a triangle's plane, in lengths of the direction; no number where they are
+    /// parallel.
     fn plane_distance(&self, [a, b, c]: [Vec3; 3]) -> f32 {
         let normal = (b - a).cross(c - a);
         normal.dot(a - self.origin) / normal.dot(self.direction)
@@ -106,13 +154,28 @@ fn entry(base: u32, order: [u32; 3]) -> u32 {
 }
 
 impl Accel {
-    pub(crate) fn walk_wide(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
+    /// The nearest hit with `t_min` < t < `t_max`.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.walk(ray, false).0
+    }
+
+    /// Whether anything is hit with `t_min` < t < `t_max`.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.walk(ray, true).0.is_some()
+    }
+
+    /// The nearest hit, and how many items were read to find it.
+    pub fn intersect_counted(&self, ray: &Ray) -> (Option<Hit>, u32) {
+        self.walk(ray, false)
+    }
+
+    fn walk(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
         let world = Local::new(ray.origin, ray.direction);
         let mut local = world;
         let mut instance = NO_INSTANCE;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
-        let mut stack = [0u32; MOST_STACK as usize];
+        let mut stack = [0u32; MAX_STACK_DEPTH as usize];
         let mut height = 0;
         // Of the stack where the instance was entered.
         let mut floor = 0;
@@ -122,9 +185,10 @@ impl Accel {
             steps += 1;
             let item = &self.items[at as usize];
             let mut next = None;
-            match kind(item) {
+            match item.kind() {
                 Kind::Node(count) => {
-                    // Distances are not negative, so their bits sort like integers; the two lowest make room for the child.
+                    // Distances are not negative, so their bits sort like integers; the two lowest
+                    // make room for the child.
                     let mut order = [MISS; 4];
                     for (c, t) in local.enter(item, count, ray.t_min, t_max).into_iter().enumerate() {
                         if let Some(t) = t {
@@ -185,7 +249,7 @@ impl Accel {
 /// [`Local::enter`] for a node on its own.
 #[cfg(test)]
 pub(crate) fn enter_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
-    let Kind::Node(count) = kind(item) else { return [None; 4] };
+    let Kind::Node(count) = item.kind() else { return [None; 4] };
     Local::new(origin, direction).enter(item, count, 0.0, 1e30)
 }
 

@@ -2,8 +2,8 @@ use crate::{Camera, Environment, Image, Instance, Light, Material, Mesh, Texture
 
 /// A scene: plain data.
 ///
-/// [`crate::load`] returns a valid one: all indices are in range, all arrays as long as they must be.
-/// [`Scene::validate`] checks one that was made otherwise.
+/// [`crate::load`] returns a valid one: all indices are in range, all arrays as long as they must
+/// be. [`Scene::validate`] checks one that was made otherwise.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// File stem, or the name of a procedural scene.

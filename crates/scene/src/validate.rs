@@ -48,9 +48,11 @@ pub enum SceneError {
 const CHUNK: usize = 1 << 14;
 
 impl Scene {
-    /// Whether all indices are in range, all arrays as long as they must be, and all transforms finite.
+    /// Whether all indices are in range, all arrays as long as they must be, and all transforms
+    /// finite.
     ///
-    /// This holds for every scene that [`crate::load`] returns. It takes one pass over the triangles.
+    /// This holds for every scene that [`crate::load`] returns. It takes one pass over the
+    /// triangles.
     ///
     /// # Errors
     /// Names the first place that is wrong.
@@ -123,7 +125,8 @@ fn check_mesh(i: usize, mesh: &Mesh) -> Result<(), SceneError> {
     for (k, uvs) in mesh.uvs.iter().enumerate() {
         check_length(Some(uvs.len()), &format!("UV set {k}"))?;
     }
-    // The largest index is found several times faster than a triangle that holds it, and mostly decides.
+    // The largest index is found several times faster than a triangle that holds it, and mostly
+    // decides.
     let largest = |chunk: &[[u32; 3]]| chunk.as_flattened().iter().copied().fold(0, u32::max);
     let largest = mesh.triangles.par_chunks(CHUNK).map(largest).max();
     if largest.is_none_or(|index| (index as usize) < vertices) {
