@@ -8,7 +8,7 @@ use std::{hint::black_box, time::Duration};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Vec3};
-use surelight_accel::{Accel, BuildOptions, Layout, Quality, Ray, Statistics};
+use surelight_accel::{Accel, BuildOptions, Quality, Ray, Statistics};
 use surelight_scene::Scene;
 use surelight_scenes::probes;
 
@@ -20,7 +20,7 @@ fn scenes() -> [(&'static str, Scene); 2] {
 }
 
 fn build(scene: &Scene, quality: Quality) -> Accel {
-    let options = BuildOptions { quality, layout: Layout::Wide, ..BuildOptions::default() };
+    let options = BuildOptions { quality, ..BuildOptions::default() };
     Accel::build(scene, DVec3::ZERO, &options).expect("procedural scenes can be built")
 }
 

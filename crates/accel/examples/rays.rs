@@ -1,5 +1,5 @@
 //! Walks camera rays and two diffuse bounces of them on one thread and prints items read and rays a second:
-//! `cargo run --release -p surelight-accel --example rays -- scene.glb [fast|medium|slow] [auto|never] [binary|wide]`;
+//! `cargo run --release -p surelight-accel --example rays -- scene.glb [fast|medium|slow] [auto|never]`;
 //! instead of a file `terrain:N` (2 N² triangles) or `soup:N`.
 //!
 //! Items a ray is the figure to compare trees by; the speed is that of the CPU twin, not of a kernel.
@@ -7,7 +7,7 @@
 use std::{error::Error, path::PathBuf, time::Instant};
 
 use glam::{Vec3, vec3};
-use surelight_accel::{Accel, BuildOptions, Hit, Instancing, Layout, NO_INSTANCE, Quality, Ray};
+use surelight_accel::{Accel, BuildOptions, Hit, Instancing, NO_INSTANCE, Quality, Ray};
 use surelight_scene::{LoadOptions, Scene, load};
 use surelight_scenes::probes;
 
@@ -21,8 +21,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             "fast" => options.quality = Quality::Fast,
             "medium" => options.quality = Quality::Medium,
             "slow" => options.quality = Quality::Slow,
-            "binary" => options.layout = Layout::Binary,
-            "wide" => options.layout = Layout::Wide,
             "auto" => options.instancing = Instancing::Auto,
             "never" => options.instancing = Instancing::Never,
             _ => path = Some(PathBuf::from(argument)),
@@ -84,15 +82,8 @@ fn camera_rays(scene: &Scene, accel: &Accel) -> Vec<Ray> {
 
 /// A cosine-distributed direction about the normal on the ray's side.
 fn bounced(accel: &Accel, ray: &Ray, hit: &Hit, seed: &mut u32) -> Ray {
-    let item = &accel.items[hit.item as usize];
-    let n = match accel.layout {
-        Layout::Binary => item.vec3(4).cross(item.vec3(8)),
-        Layout::Wide => {
-            // Triangle B is v3, v2, v1, at words 9, 6 and 3.
-            let [a, b, c] = if item.0[12] == hit.prim { [0, 3, 6] } else { [9, 6, 3] }.map(|w| item.vec3(w));
-            (b - a).cross(c - a)
-        }
-    };
+    let [a, b, c] = accel.items[hit.item as usize].corners(hit.prim);
+    let n = (b - a).cross(c - a);
     let n = match accel.instances.get(hit.instance as usize) {
         Some(record) if hit.instance != NO_INSTANCE => {
             let m = &record.to_object;

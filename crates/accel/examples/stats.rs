@@ -1,9 +1,9 @@
 //! Prints what a scene's acceleration structure comes to:
-//! `cargo run --release -p surelight-accel --example stats -- scene.glb [fast|medium|slow] [auto|never] [binary|wide]`
+//! `cargo run --release -p surelight-accel --example stats -- scene.glb [fast|medium|slow] [auto|never]`
 
 use std::{error::Error, path::PathBuf, time::Instant};
 
-use surelight_accel::{Accel, BuildOptions, Instancing, Item, Layout, Quality, item, wide};
+use surelight_accel::{Accel, BuildOptions, Instancing, Quality, item::Kind};
 use surelight_scene::{LoadOptions, load};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,8 +14,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             "fast" => options.quality = Quality::Fast,
             "medium" => options.quality = Quality::Medium,
             "slow" => options.quality = Quality::Slow,
-            "binary" => options.layout = Layout::Binary,
-            "wide" => options.layout = Layout::Wide,
             "auto" => options.instancing = Instancing::Auto,
             "never" => options.instancing = Instancing::Never,
             _ => path = Some(PathBuf::from(argument)),
@@ -35,17 +33,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{}: {options:?}", path.display());
     println!("triangles        {placed} as placed, {stored} stored, {:?}", accel.skipped);
     println!("instances        {} of {}", accel.instances.len(), scene.instances.len());
-    let count = |kind: &dyn Fn(&Item) -> bool| accel.items.iter().filter(|i| kind(i)).count();
-    let kinds: [usize; 3] = match accel.layout {
-        Layout::Binary => {
-            [item::TAG_NODE, item::TAG_TRIANGLE, item::TAG_INSTANCE].map(|tag| count(&|i| i.tag() == tag))
-        }
-        Layout::Wide => [
-            count(&|i| matches!(wide::kind(i), wide::Kind::Node(_))),
-            count(&|i| wide::kind(i) == wide::Kind::Pair),
-            count(&|i| wide::kind(i) == wide::Kind::Instance),
-        ],
-    };
+    let mut kinds = [0; 3];
+    for item in &accel.items {
+        kinds[match item.kind() {
+            Kind::Node(_) => 0,
+            Kind::Pair => 1,
+            Kind::Instance => 2,
+        }] += 1;
+    }
     println!("items            {} (nodes, leaf items, instances: {kinds:?})", accel.items.len());
     println!(
         "bytes            {bytes} in all, {:.1} a stored triangle, {:.1} a placed one",

@@ -4,10 +4,8 @@ use glam::DVec3;
 use surelight_scene::Scene;
 
 use crate::{
-    AccelError, Bounds, Item,
-    flatten::{binary, wide},
+    AccelError, Bounds, BuildOptions, Item, flatten,
     forest::Forest,
-    options::{BuildOptions, Layout},
     placement::{self, Placement},
     records::{InstanceRecord, Skipped, TriangleSource, rows},
 };
@@ -29,16 +27,14 @@ pub struct Statistics {
 /// Trees over a scene, flattened for the kernel.
 #[derive(Clone, Debug)]
 pub struct Accel {
-    /// Which format the items have.
-    pub layout: Layout,
-    /// The stream; see [`crate::item`] and [`crate::wide`]. Item 0 is the root.
+    /// The stream; see [`crate::item`]. Item 0 is the root.
     pub items: Vec<Item>,
     /// By prim id. Ids ascend along the stream.
     pub triangles: Vec<TriangleSource>,
     /// By instance index; empty when everything is copied.
     pub instances: Vec<InstanceRecord>,
-    /// Most entries that a walk pushes which keeps one a node, plus one to mark the way out of an instance, which only walks of the
-    /// binary layout do. At most [`crate::MOST_STACK`].
+    /// The largest number of entries on the stack of a walk: one a node on the deepest path through
+    /// both levels, and one to spare where there are instances. At most [`crate::MAX_STACK_DEPTH`].
     pub stack_depth: u32,
     /// Around everything that can be hit, in camera space; empty when nothing can.
     pub bounds: Bounds,
@@ -53,10 +49,13 @@ pub struct Accel {
 impl Accel {
     /// Builds for a camera at `origin`.
     ///
-    /// Never panics, whatever the scene holds; refuses what cannot be indexed. Runs on rayon's threads.
+    /// Never panics, whatever the scene holds. Runs on rayon's threads.
+    ///
+    /// # Errors
+    /// Where [`Scene::validate`] refuses the scene, and where it is too large to be indexed.
     pub fn build(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Result<Self, AccelError> {
         let start = Instant::now();
-        placement::check(scene)?;
+        scene.validate()?;
         let placed = placement::place(scene, origin, options);
         let skipped = placed.meshes.iter().fold(placed.world.skipped, |mut all, mesh| {
             all += mesh.skipped;
@@ -67,10 +66,7 @@ impl Accel {
         let forest = Forest::build(&placed, options)?;
         let built_at = Instant::now();
 
-        let flat = match options.layout {
-            Layout::Binary => binary::flatten(&placed, &forest),
-            Layout::Wide => wide::flatten(&placed, &forest),
-        };
+        let flat = flatten::flatten(&placed, &forest);
         let statistics = Statistics {
             sah: flat.sah,
             place: placed_at - start,
@@ -83,7 +79,6 @@ impl Accel {
             triangles: flat.triangles,
             instances,
             stack_depth: flat.depth,
-            layout: options.layout,
             bounds: forest.bounds(),
             skipped,
             origin,

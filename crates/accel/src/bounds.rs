@@ -16,11 +16,6 @@ impl Bounds {
     /// Holds nothing; the neutral element of [`Bounds::union`].
     pub const EMPTY: Self = Self { lo: Vec3::splat(f32::MAX), hi: Vec3::splat(f32::MIN) };
 
-    /// A box that no ray with `t_max` ≤ 1e30 enters: one point, 3e38 away on every axis.
-    ///
-    /// An inverted box would not do: a slab test that orders its two distances with min and max reads it as infinite.
-    pub const NEVER_HIT: Self = Self { lo: Vec3::splat(3e38), hi: Vec3::splat(3e38) };
-
     /// The least box around both.
     pub fn union(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
@@ -35,11 +30,6 @@ impl Bounds {
     pub fn half_area(self) -> f32 {
         let d = (self.hi - self.lo).max(Vec3::ZERO);
         (d.x + d.y) * d.z + d.x * d.y
-    }
-
-    /// Whether `other` lies inside or touches from inside.
-    pub fn contains(self, other: Self) -> bool {
-        self.lo.cmple(other.lo).all() && self.hi.cmpge(other.hi).all()
     }
 
     /// The greatest absolute coordinate.

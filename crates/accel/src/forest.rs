@@ -1,16 +1,15 @@
 //! The trees of a scene before they are flattened: one at the top, one for each mesh that is placed as instances.
 
-use glam::{DMat3, DVec3, Vec3A};
-use obvhs::{aabb::Aabb, splits::split_aabbs_preset};
+use glam::{DMat3, DVec3};
+use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 use crate::{
-    AccelError, Bounds, BuildOptions, Layout, MOST_STACK, Quality,
+    AccelError, Bounds, BuildOptions, MAX_STACK_DEPTH,
     bounds::bounds_of,
     item,
     placement::{Placed, Placement, Soup},
     tree::{self, Effort, Tree},
-    wide,
 };
 
 /// Depth that either tree is cut to when the two together are too deep for the stack: 30 + 1 + 30 ≤ 62, and 2^30 leaves
@@ -26,58 +25,43 @@ pub(crate) struct Forest {
     pub(crate) meshes: Vec<Tree>,
     /// Index into [`Placed::placements`] and box in camera space; without the placements of empty meshes.
     pub(crate) placements: Vec<(usize, Bounds)>,
-    depth: u32,
 }
 
 impl Forest {
     pub(crate) fn build(placed: &Placed, options: &BuildOptions) -> Result<Self, AccelError> {
-        let quality = options.quality;
-        let mesh_shapes: Vec<Shapes> = placed
+        let mesh_boxes: Vec<Vec<Aabb>> = placed
             .meshes
             .par_iter()
             .map(|soup| {
                 let reach = soup.triangles.par_iter().map(|t| t.tight().reach()).reduce(|| 0.0, f32::max);
-                Shapes::of(soup, quality, reach)
+                leaf_boxes(soup, reach)
             })
             .collect();
-        let mut shapes = Shapes::of(&placed.world, quality, 0.0);
+        let mut boxes = leaf_boxes(&placed.world, 0.0);
         // A tree of n leaves has n − 1 nodes, or one where n is 1; an empty scene has one.
-        let leaves = |s: &Shapes| s.boxes.len() as u64;
-        let total = mesh_shapes.iter().map(leaves).sum::<u64>() + leaves(&shapes) + placed.placements.len() as u64;
-        let effort = Effort { quality, layout: options.layout, scene: total as usize };
-        let limit = match options.layout {
-            Layout::Binary => item::MAX_ITEMS,
-            Layout::Wide => wide::MAX_ITEMS,
-        };
-        refuse_excess(2 * total + 1, limit)?;
+        let total = mesh_boxes.iter().map(Vec::len).sum::<usize>() + boxes.len() + placed.placements.len();
+        let effort = Effort { quality: options.quality, scene: total };
+        refuse_excess(2 * total as u64 + 1, item::MAX_ITEMS)?;
 
         let mut meshes: Vec<Tree> =
-            mesh_shapes.par_iter().map(|s| tree::build(&s.boxes, &s.indices, effort, MOST_STACK)).collect();
-        let placements = fit_placements(placed, &meshes, &shapes);
-        shapes.boxes.extend(placements.iter().map(|p| p.1.to_aabb()));
-        let first = placed.world.leaves() as u32;
-        shapes.indices.extend((0..placements.len() as u32).map(|k| first + k));
-        let mut top = tree::build(&shapes.boxes, &shapes.indices, effort, MOST_STACK);
+            mesh_boxes.par_iter().map(|boxes| tree::build(boxes, effort, MAX_STACK_DEPTH)).collect();
+        let placements = fit_placements(placed, &meshes, &boxes);
+        boxes.extend(placements.iter().map(|p| p.1.to_aabb()));
+        let mut top = tree::build(&boxes, effort, MAX_STACK_DEPTH);
 
         // Even a tree of one leaf gets a root node.
         let inner = |meshes: &[Tree]| meshes.iter().map(Tree::depth).max().map_or(0, |d| d.max(1) + 1);
-        if top.depth() + inner(&meshes) > MOST_STACK {
-            for (mesh, s) in meshes.iter_mut().zip(&mesh_shapes) {
+        if top.depth() + inner(&meshes) > MAX_STACK_DEPTH {
+            for (mesh, boxes) in meshes.iter_mut().zip(&mesh_boxes) {
                 if mesh.depth() > BOUNDED_LEVELS {
-                    *mesh = tree::build(&s.boxes, &s.indices, effort, BOUNDED_LEVELS);
+                    *mesh = tree::build(boxes, effort, BOUNDED_LEVELS);
                 }
             }
         }
-        if top.depth() + inner(&meshes) > MOST_STACK {
-            top = tree::build(&shapes.boxes, &shapes.indices, effort, BOUNDED_LEVELS);
+        if top.depth() + inner(&meshes) > MAX_STACK_DEPTH {
+            top = tree::build(&boxes, effort, BOUNDED_LEVELS);
         }
-        let depth = top.depth().max(1) + inner(&meshes);
-        Ok(Self { top, meshes, placements, depth })
-    }
-
-    /// Most entries on the stack of a walk through both levels.
-    pub(crate) fn stack_depth(&self) -> u32 {
-        self.depth
+        Ok(Self { top, meshes, placements })
     }
 
     pub(crate) fn bounds(&self) -> Bounds {
@@ -85,45 +69,11 @@ impl Forest {
     }
 }
 
-/// What a tree is built over: box k belongs to primitive `indices[k]`.
-struct Shapes {
-    boxes: Vec<Aabb>,
-    indices: Vec<u32>,
-}
-
-impl Shapes {
-    fn of(soup: &Soup, quality: Quality, mesh_reach: f32) -> Self {
-        let mut indices: Vec<u32> = (0..soup.leaves() as u32).collect();
-        if !soup.pairs.is_empty() {
-            let bounds = |i: u32| soup.triangles.get(i as usize).map_or(Bounds::EMPTY, |t| t.bounds(mesh_reach));
-            let boxes = soup.pairs.par_iter().map(|&[a, b]| bounds(a).union(bounds(b)).to_aabb()).collect();
-            return Self { boxes, indices };
-        }
-        if quality != Quality::Slow || soup.triangles.is_empty() {
-            let boxes = soup.triangles.par_iter().map(|t| t.bounds(mesh_reach).to_aabb()).collect();
-            return Self { boxes, indices };
-        }
-        let mut boxes: Vec<Aabb> = soup.triangles.par_iter().map(|t| t.tight().to_aabb()).collect();
-        let triangles: Vec<obvhs::triangle::Triangle> = soup
-            .triangles
-            .par_iter()
-            .map(|t| {
-                let [v0, v1, v2] = t.0.map(Vec3A::from);
-                obvhs::triangle::Triangle { v0, v1, v2 }
-            })
-            .collect();
-        let areas = || boxes.iter().map(Aabb::half_area);
-        let mean = (areas().map(f64::from).sum::<f64>() / boxes.len() as f64) as f32;
-        let largest = areas().fold(0.0, f32::max);
-        split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
-        // A cut is computed in f32, off by some 2^-22 of an edge: twice the usual margin holds that too.
-        boxes.par_iter_mut().zip(&indices).for_each(|(b, &i)| {
-            let triangle = &soup.triangles[i as usize];
-            let margin = 2.0 * triangle.margin(triangle.tight().reach().max(mesh_reach));
-            *b = Bounds { lo: b.min.into(), hi: b.max.into() }.padded(margin).to_aabb();
-        });
-        Self { boxes, indices }
-    }
+/// Boxes of a soup's leaves, which a tree is built over; `mesh_reach` as in
+/// [`crate::triangle::Triangle::bounds`].
+fn leaf_boxes(soup: &Soup, mesh_reach: f32) -> Vec<Aabb> {
+    let bounds = |i: u32| soup.triangles.get(i as usize).map_or(Bounds::EMPTY, |t| t.bounds(mesh_reach));
+    soup.pairs.par_iter().map(|&[a, b]| bounds(a).union(bounds(b)).to_aabb()).collect()
 }
 
 fn refuse_excess(needed: u64, limit: u64) -> Result<(), AccelError> {
@@ -133,7 +83,7 @@ fn refuse_excess(needed: u64, limit: u64) -> Result<(), AccelError> {
     Ok(())
 }
 
-fn fit_placements(placed: &Placed, meshes: &[Tree], world: &Shapes) -> Vec<(usize, Bounds)> {
+fn fit_placements(placed: &Placed, meshes: &[Tree], world: &[Aabb]) -> Vec<(usize, Bounds)> {
     let cuts: Vec<Vec<Bounds>> = meshes.iter().map(cut).collect();
     // Rays start anywhere in the scene or at the camera, so first see how far that reaches.
     let loose = |p: &Placement| {
@@ -142,8 +92,8 @@ fn fit_placements(placed: &Placed, meshes: &[Tree], world: &Shapes) -> Vec<(usiz
             all.transformed(&p.to_world, DVec3::ZERO).reach()
         })
     };
-    let total = world.boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
-    let own = if world.boxes.is_empty() { 0.0 } else { total.min.abs().max(total.max.abs()).max_element() };
+    let total = world.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
+    let own = if world.is_empty() { 0.0 } else { total.min.abs().max(total.max.abs()).max_element() };
     let reach = placed.placements.par_iter().map(loose).reduce(|| own, f32::max) as f64;
     placed
         .placements
@@ -196,7 +146,7 @@ mod tests {
         let limit = item::MAX_ITEMS;
         assert_eq!(refuse_excess(limit, limit), Ok(()));
         let error = refuse_excess(limit + 1, limit).unwrap_err();
-        assert_eq!(error, AccelError::TooManyItems { needed: (1 << 28) + 1, limit: 1 << 28 });
-        assert!(error.to_string().contains("268435457") && error.to_string().contains("17 GiB"), "{error}");
+        assert_eq!(error, AccelError::TooManyItems { needed: 1 << 26, limit: (1 << 26) - 1 });
+        assert!(error.to_string().contains("67108864") && error.to_string().contains("4 GiB"), "{error}");
     }
 }

@@ -8,7 +8,7 @@ pub enum Quality {
     /// A little more build time for most of the quality.
     #[default]
     Medium,
-    /// Several times the build time; large triangles are split, in the binary layout only.
+    /// Several times the build time.
     Slow,
 }
 
@@ -26,16 +26,6 @@ pub enum Instancing {
     Always,
 }
 
-/// Which format the items have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layout {
-    /// Two boxes a node, one triangle an item: [`crate::item`].
-    #[default]
-    Binary,
-    /// Four boxes a node in 8 bits a side, two triangles an item: [`crate::wide`].
-    Wide,
-}
-
 /// Choices of [`crate::Accel::build`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
@@ -43,6 +33,4 @@ pub struct BuildOptions {
     pub quality: Quality,
     /// Which meshes are placed as instances.
     pub instancing: Instancing,
-    /// Which format the items have.
-    pub layout: Layout,
 }

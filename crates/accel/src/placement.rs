@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use surelight_scene::{Instance, Mesh, Scene};
 
 use crate::{
-    AccelError, BuildOptions, Instancing, Layout, NO_INSTANCE, Skipped, TriangleSource, pairing,
+    BuildOptions, Instancing, NO_INSTANCE, Skipped, TriangleSource, pairing,
     triangle::{COORDINATE_LIMIT, Defect, Triangle},
 };
 
@@ -24,17 +24,12 @@ const MOST_CONDITION: f64 = 1e4;
 pub(crate) struct Soup {
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) sources: Vec<TriangleSource>,
-    /// Leaves of one or two triangles for the wide layout; empty when each triangle is a leaf of its own.
+    /// Leaves of one or two triangles.
     pub(crate) pairs: Vec<[u32; 2]>,
     pub(crate) skipped: Skipped,
 }
 
 impl Soup {
-    /// How many boxes a tree is built over.
-    pub(crate) fn leaves(&self) -> usize {
-        if self.pairs.is_empty() { self.triangles.len() } else { self.pairs.len() }
-    }
-
     fn pair(&mut self, welded: &[u32]) {
         let corners: Vec<[u32; 3]> = self.sources.iter().map(|s| s.corners.map(|i| welded[i as usize])).collect();
         self.pairs = pairing::pairs(&self.triangles, &corners, welded.len());
@@ -97,23 +92,6 @@ pub(crate) struct Placed {
     /// Meshes in object space, for those that are placed as instances.
     pub(crate) meshes: Vec<Soup>,
     pub(crate) placements: Vec<Placement>,
-}
-
-/// Refuses indices out of range, which a loaded scene never has but a scene made in memory may.
-pub(crate) fn check(scene: &Scene) -> Result<(), AccelError> {
-    for (i, instance) in scene.instances.iter().enumerate() {
-        if instance.mesh >= scene.meshes.len() {
-            return Err(AccelError::MeshIndex { instance: i, mesh: instance.mesh, meshes: scene.meshes.len() });
-        }
-    }
-    for (m, mesh) in scene.meshes.iter().enumerate() {
-        let vertices = mesh.positions.len();
-        let bad = mesh.triangles.par_iter().position_any(|t| t.iter().any(|&i| i as usize >= vertices));
-        if let Some(triangle) = bad {
-            return Err(AccelError::VertexIndex { mesh: m, triangle, vertices });
-        }
-    }
-    Ok(())
 }
 
 /// How often each mesh is placed.
@@ -180,12 +158,11 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
         }
     }
 
-    let wide = options.layout == Layout::Wide;
     let welded: Vec<Vec<u32>> = scene
         .meshes
         .par_iter()
         .zip(&uses)
-        .map(|(mesh, &uses)| if wide && uses > 0 { pairing::welded(&mesh.positions) } else { Vec::new() })
+        .map(|(mesh, &uses)| if uses > 0 { pairing::welded(&mesh.positions) } else { Vec::new() })
         .collect();
     let meshes = mesh_of_slot
         .par_iter()
@@ -196,9 +173,7 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
                 corners,
                 instance: NO_INSTANCE,
             });
-            if wide {
-                soup.pair(&welded[m]);
-            }
+            soup.pair(&welded[m]);
             soup
         })
         .collect();
@@ -215,9 +190,7 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
             let flip = to_world.matrix3.determinant() < 0.0;
             let mut soup =
                 Soup::gather(mesh, &positions, flip, |corners| TriangleSource { mesh: m as u32, corners, instance });
-            if wide {
-                soup.pair(&welded[m]);
-            }
+            soup.pair(&welded[m]);
             soup
         })
         .collect();

@@ -15,10 +15,10 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use crate::{Layout, Quality, bounds::bounds_of, collapse::Opening, runs::degenerate_runs, topdown};
+use crate::{Quality, collapse::Opening, runs::degenerate_runs, topdown};
 
-/// Stack entries that a walk must have room for.
-pub const MOST_STACK: u32 = 62;
+/// The largest number of stack entries that a walk needs.
+pub const MAX_STACK_DEPTH: u32 = 62;
 
 /// Below this extent box areas underflow, which leaves the clustering builder nothing to compare.
 const LEAST_EXTENT: f32 = 1e-15;
@@ -50,8 +50,6 @@ impl Tree {
 #[derive(Clone, Copy)]
 pub(crate) struct Effort {
     pub(crate) quality: Quality,
-    /// What the tree is flattened to, which decides what it costs.
-    pub(crate) layout: Layout,
     /// Boxes of all the scene's trees together.
     pub(crate) scene: usize,
 }
@@ -88,20 +86,11 @@ impl Effort {
     }
 
     /// Items that a ray through the root reads, times the root's area.
-    fn cost(self, nodes: &[Bvh2Node]) -> f64 {
-        if depth(nodes) > MOST_STACK {
+    fn cost(nodes: &[Bvh2Node]) -> f64 {
+        if depth(nodes) > MAX_STACK_DEPTH {
             return f64::INFINITY;
         }
-        if self.layout == Layout::Wide {
-            return Opening::plan(nodes).cost;
-        }
-        let area = |n: &Bvh2Node| f64::from(bounds_of(n).half_area());
-        let saved = |n: &Bvh2Node| {
-            let [a, b] = [0, 1].map(|k| &nodes[(n.first_index + k) as usize]);
-            // A leaf of two, where that is cheaper; see the flattener.
-            if a.is_leaf() && b.is_leaf() { (area(a) + area(b) - area(n)).max(0.0) } else { 0.0 }
-        };
-        nodes.iter().map(|n| area(n) - if n.is_leaf() { 0.0 } else { saved(n) }).sum()
+        Opening::plan(nodes).cost
     }
 }
 
@@ -120,20 +109,17 @@ fn depth(nodes: &[Bvh2Node]) -> u32 {
     deepest
 }
 
-/// Builds over `boxes`; box k belongs to primitive `indices[k]`, so that a primitive may have several boxes.
+/// Builds over `boxes`: box k is that of primitive k.
 ///
 /// No path of the result holds more than `levels` inner nodes, as long as `levels` ≥ log2 of the number of boxes.
-pub(crate) fn build(boxes: &[Aabb], indices: &[u32], effort: Effort, levels: u32) -> Tree {
+pub(crate) fn build(boxes: &[Aabb], effort: Effort, levels: u32) -> Tree {
     if boxes.is_empty() {
         return Tree::default();
     }
-    let mut nodes = match clustered(boxes, effort) {
+    let nodes = match clustered(boxes, effort) {
         Some(nodes) if depth(&nodes) <= levels => nodes,
         _ => from_top(boxes, (0..boxes.len() as u32).collect(), levels),
     };
-    for node in nodes.iter_mut().filter(|n| n.is_leaf()) {
-        node.first_index = indices[node.first_index as usize];
-    }
     Tree { nodes }
 }
 
@@ -207,16 +193,17 @@ fn cheapest(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     }
     if boxes.len() <= EXHAUSTED {
         use PlocSearchDistance::{High, Low, Medium, Minimum, VeryHigh, VeryLow};
-        // Reinsertion lowers the cost of the binary tree; the wide one made from it may have been cheaper before.
+        // Reinsertion lowers the cost of the binary tree; the one of four children a node made from
+        // it may have been cheaper before.
         for times in [0, 1, usual] {
             let distances = [Minimum, VeryLow, Low, Medium, High, VeryHigh];
             rivals.extend(distances.into_iter().filter_map(|d| cluster((d, 0), times)));
         }
     }
     if !rivals.is_empty() {
-        let mut least = effort.cost(&best);
+        let mut least = Effort::cost(&best);
         for nodes in rivals {
-            let cost = effort.cost(&nodes);
+            let cost = Effort::cost(&nodes);
             if cost < least {
                 (best, least) = (nodes, cost);
             }
@@ -230,7 +217,7 @@ mod tests {
     use super::*;
     use glam::Vec3A;
 
-    const MEDIUM: Effort = Effort { quality: Quality::Medium, layout: Layout::Binary, scene: 1 << 20 };
+    const MEDIUM: Effort = Effort { quality: Quality::Medium, scene: 1 << 20 };
 
     fn cube(x: f32, size: f32) -> Aabb {
         Aabb::new(Vec3A::new(x, 0.0, 0.0), Vec3A::new(x + size, size, size))
@@ -262,11 +249,10 @@ mod tests {
         let row: Vec<Aabb> = (0..5000).map(|k| cube(k as f32, 1.0)).collect();
         let mut bounded = 0;
         for boxes in [&lopsided[..100], &row] {
-            let indices: Vec<u32> = (0..boxes.len() as u32).collect();
-            let free = build(boxes, &indices, MEDIUM, 1000);
+            let free = build(boxes, MEDIUM, 1000);
             check(&free, boxes);
             for levels in [topdown::levels_needed(boxes.len()), 14, 20, 62] {
-                let tree = build(boxes, &indices, MEDIUM, levels);
+                let tree = build(boxes, MEDIUM, levels);
                 check(&tree, boxes);
                 assert!(tree.depth() <= levels, "{} of {levels}", tree.depth());
                 bounded += u32::from(free.depth() > levels);

@@ -34,15 +34,16 @@ impl Triangle {
     }
 
     /// v1 − v0 and v2 − v0, rounded as the kernel sees them.
-    pub(crate) fn edges(&self) -> [Vec3; 2] {
+    fn edges(&self) -> [Vec3; 2] {
         let [v0, v1, v2] = self.0;
         [v1 - v0, v2 - v0]
     }
 
-    /// How far a box stands off the corners, per axis: they are rebuilt from rounded edges (2^-24 of an edge), and the
-    /// slab test rounds for a ray from about the origin by a few 2^-24 of the distance. `reach` is that distance. Larger
-    /// than 0 on every axis, so that no face of a box touches what is in it.
-    pub(crate) fn margin(&self, reach: f32) -> Vec3 {
+    /// How far a box stands off the corners, per axis: a few 2^-24 of the edges, and of the
+    /// distance of a ray that starts about the origin, for which the slab test rounds by as much.
+    /// `reach` is that distance. Larger than 0 on every axis, so that no face of a box touches what
+    /// is in it.
+    fn margin(&self, reach: f32) -> Vec3 {
         let [e1, e2] = self.edges();
         (e1.abs() + e2.abs()) / (1 << 22) as f32 + reach / (1 << 22) as f32
     }

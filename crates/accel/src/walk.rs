@@ -1,22 +1,19 @@
-//! The kernel's walk on the CPU, over the same items and in the same order of operations.
+//! The kernel's walk on the CPU, over the same items and in the same order of operations; see
+//! [`crate::item`].
 
 use glam::Vec3;
 
 use crate::{
-    Accel, Bounds, Item, Layout,
-    item::{TAG_NODE, TAG_TRIANGLE},
-    tree::MOST_STACK,
+    Accel, NO_INSTANCE,
+    item::{Item, Kind, SLAB_PADDING},
+    tree::MAX_STACK_DEPTH,
 };
 
-/// Factor on the far distance of a slab test, 1 + 2^-20; see the crate's documentation.
-pub const SLAB_PADDING: f32 = 1.0 + 1.0 / (1 << 20) as f32;
 /// Direction components nearer to 0 are moved out to this before their reciprocal is taken.
-pub const LEAST_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
-/// What the sum of two barycentric weights and its comparison with 1 may be off by: 2^-22.
-pub const SUM_SLACK: f32 = 1.0 / (1 << 22) as f32;
+pub const MIN_DIRECTION: f32 = f32::from_bits(67 << 23); // 2^-60
 
-/// Marks on the stack where an instance was entered. No item has this index.
-const LEAVE_INSTANCE: u32 = u32::MAX;
+/// A child that is not entered, in the list of those that are.
+const MISS: u32 = u32::MAX;
 
 /// A ray in camera space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +54,7 @@ pub struct Hit {
 
 /// Reciprocals of a direction's components, finite and with their signs.
 pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
-    direction.abs().max(Vec3::splat(LEAST_DIRECTION)).copysign(direction).recip()
+    direction.abs().max(Vec3::splat(MIN_DIRECTION)).copysign(direction).recip()
 }
 
 /// A ray as one level of the tree sees it.
@@ -65,45 +62,95 @@ pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
 struct Local {
     origin: Vec3,
     direction: Vec3,
-    length: f32,
     reciprocal: Vec3,
+    /// Rows of the map that takes the direction to (0, 0, 1).
+    x: Vec3,
+    y: Vec3,
+    z: Vec3,
 }
 
 impl Local {
     fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, length: direction.length(), reciprocal: safe_reciprocal(direction) }
+        let reciprocal = safe_reciprocal(direction);
+        let a = direction.abs();
+        // A shear along the greatest component keeps the other two coordinates as they are.
+        let (x, y, z) = if a.z >= a.x && a.z >= a.y {
+            let s = -direction * reciprocal.z;
+            (Vec3::new(1.0, 0.0, s.x), Vec3::new(0.0, 1.0, s.y), Vec3::new(0.0, 0.0, reciprocal.z))
+        } else if a.y >= a.x {
+            let s = -direction * reciprocal.y;
+            (Vec3::new(0.0, s.z, 1.0), Vec3::new(1.0, s.x, 0.0), Vec3::new(0.0, reciprocal.y, 0.0))
+        } else {
+            let s = -direction * reciprocal.x;
+            (Vec3::new(s.y, 1.0, 0.0), Vec3::new(s.z, 0.0, 1.0), Vec3::new(reciprocal.x, 0.0, 0.0))
+        };
+        Self { origin, direction, reciprocal, x, y, z }
     }
 
-    /// Distance at which a box is entered, at least `t_min`; none if it is missed or lies beyond `t_max`.
-    fn enter(&self, b: Bounds, t_min: f32, t_max: f32) -> Option<f32> {
-        let t0 = (b.lo - self.origin) * self.reciprocal;
-        let t1 = (b.hi - self.origin) * self.reciprocal;
-        let near = t0.min(t1).max_element().max(t_min);
-        let far = (t0.max(t1).min_element() * SLAB_PADDING).min(t_max);
-        (near <= far).then_some(near)
-    }
-
-    /// Möller and Trumbore, "Fast, minimum storage ray-triangle intersection" (1997), with the edges moved out by the
-    /// bound on their own rounding; see [`crate::item`].
-    fn hit(&self, item: &Item) -> Option<(f32, f32, f32)> {
-        let (v0, e1, e2) = (item.vec3(0), item.vec3(4), item.vec3(8));
-        let p = self.direction.cross(e2);
-        let det = e1.dot(p);
-        if det == 0.0 {
-            return None;
+    /// Distance at which each child is entered.
+    fn enter(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
+        let r = self.reciprocal;
+        let m = item.step() * r;
+        let n = (item.vec3(0) - self.origin) * r;
+        // Near and far words by the sign bit, which −0 has too.
+        let words = |axis: usize| {
+            let (lo, hi) = (item.0[5 + axis], item.0[8 + axis]);
+            if r[axis].is_sign_negative() { [hi, lo] } else { [lo, hi] }
+        };
+        let words = [words(0), words(1), words(2)];
+        let mut out = [None; 4];
+        for (c, entry) in out.iter_mut().enumerate().take(count as usize) {
+            let t = |side: usize, axis: usize| f32::from(words[axis][side].to_le_bytes()[c]) * m[axis] + n[axis];
+            let near = t(0, 0).max(t(0, 1)).max(t(0, 2)).max(t_min);
+            let far = (t(1, 0).min(t(1, 1)).min(t(1, 2)) * SLAB_PADDING).min(t_max);
+            *entry = (near <= far).then_some(near);
         }
-        let inverse = 1.0 / det;
-        let s = self.origin - v0;
-        let b1 = s.dot(p) * inverse;
-        let q = s.cross(e1);
-        let b2 = self.direction.dot(q) * inverse;
-        let t = e2.dot(q) * inverse;
-        let unit = self.length * inverse.abs();
-        let away = s.abs().max_element() * unit;
-        let (slack1, slack2) = (item.float(7) * away, item.float(11) * away);
-        let slack = SUM_SLACK + slack1 + slack2 + item.float(12) * unit;
-        (b1 >= -slack1 && b2 >= -slack2 && b1 + b2 <= 1.0 + slack).then_some((t, b1, b2))
+        out
     }
+
+    /// Distance to a triangle's plane, in lengths of the direction; no number where they are
+    /// parallel.
+    fn plane_distance(&self, [a, b, c]: [Vec3; 3]) -> f32 {
+        let normal = (b - a).cross(c - a);
+        normal.dot(a - self.origin) / normal.dot(self.direction)
+    }
+
+    /// Nearest hit of a pair: distance, weights of the second and third corner, and which triangle.
+    fn hit(&self, item: &Item, t_min: f32, t_max: f32) -> Option<(f32, f32, f32, usize)> {
+        let [v0, v1, v2, v3] = [0, 3, 6, 9].map(|w| item.vec3(w));
+        let [p0, p1, p2, p3] = [v0, v1, v2, v3].map(|v| {
+            let a = v - self.origin;
+            Vec3::new(a.dot(self.x), a.dot(self.y), a.dot(self.z))
+        });
+        let edge = |p: Vec3, q: Vec3| p.x * q.y - q.x * p.y;
+        let common = edge(p1, p2);
+        let mut best: Option<(f32, f32, f32, usize)> = None;
+        let triangles = [
+            ([v0, v1, v2], [common, edge(p2, p0), edge(p0, p1)]),
+            ([v3, v2, v1], [-common, edge(p1, p3), edge(p3, p2)]),
+        ];
+        for (k, (corners, [a, b, c])) in triangles.into_iter().enumerate() {
+            let sum = a + b + c;
+            let inside = a.min(b).min(c) >= 0.0 || a.max(b).max(c) <= 0.0;
+            if inside && sum != 0.0 {
+                let inverse = 1.0 / sum;
+                let (b1, b2) = (b * inverse, c * inverse);
+                let t = self.plane_distance(corners);
+                if t > t_min && t < best.map_or(t_max, |h| h.0) {
+                    best = Some((t, b1, b2, k));
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The children still to be visited, as a stack entry; `order` is sorted, [`MISS`] last.
+fn entry(base: u32, order: [u32; 3]) -> u32 {
+    let first = order[0] & 3;
+    let second = if order[1] == MISS { first } else { order[1] & 3 };
+    let third = if order[2] == MISS { second } else { order[2] & 3 };
+    base << 6 | first | second << 2 | third << 4
 }
 
 impl Accel {
@@ -123,81 +170,112 @@ impl Accel {
     }
 
     fn walk(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
-        match self.layout {
-            Layout::Binary => self.walk_binary(ray, any),
-            Layout::Wide => self.walk_wide(ray, any),
-        }
-    }
-
-    fn walk_binary(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
         let world = Local::new(ray.origin, ray.direction);
         let mut local = world;
-        let mut instance = crate::NO_INSTANCE;
+        let mut instance = NO_INSTANCE;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
-        let mut stack = [0u32; MOST_STACK as usize];
+        let mut stack = [0u32; MAX_STACK_DEPTH as usize];
         let mut height = 0;
+        // Of the stack where the instance was entered.
+        let mut floor = 0;
         let mut at = 0u32;
         let mut steps = 0;
         loop {
             steps += 1;
             let item = &self.items[at as usize];
             let mut next = None;
-            match item.tag() {
-                TAG_NODE => {
-                    let enter = |k| local.enter(item.child_bounds(k), ray.t_min, t_max);
-                    match (enter(0), enter(1)) {
-                        (Some(a), Some(b)) => {
-                            let near = usize::from(b < a);
-                            stack[height] = item.child(1 - near);
-                            height += 1;
-                            next = Some(item.child(near));
+            match item.kind() {
+                Kind::Node(count) => {
+                    // Distances are not negative, so their bits sort like integers; the two lowest
+                    // make room for the child.
+                    let mut order = [MISS; 4];
+                    for (c, t) in local.enter(item, count, ray.t_min, t_max).into_iter().enumerate() {
+                        if let Some(t) = t {
+                            order[c] = t.to_bits() & !3 | c as u32;
                         }
-                        (Some(_), None) => next = Some(item.child(0)),
-                        (None, Some(_)) => next = Some(item.child(1)),
-                        (None, None) => {}
+                    }
+                    order.sort_unstable();
+                    if order[0] != MISS {
+                        next = Some(item.0[4] + (order[0] & 3));
+                    }
+                    if order[1] != MISS {
+                        stack[height] = entry(item.0[4], [order[1], order[2], order[3]]);
+                        height += 1;
                     }
                 }
-                TAG_TRIANGLE => {
-                    if let Some((t, b1, b2)) = local.hit(item)
-                        && t > ray.t_min
-                        && t < t_max
-                    {
+                Kind::Pair => {
+                    if let Some((t, b1, b2, k)) = local.hit(item, ray.t_min, t_max) {
                         t_max = t;
-                        best = Some(Hit { t, b1, b2, prim: item.0[3], instance, item: at });
+                        best = Some(Hit { t, b1, b2, prim: item.0[12 + k], instance, item: at });
                         if any {
                             return (best, steps);
                         }
                     }
-                    next = item.more().then_some(at + 1);
                 }
-                _ => {
-                    // An instance stands alone in its leaf, so nothing of this leaf has to wait on the stack.
-                    stack[height] = LEAVE_INSTANCE;
-                    height += 1;
-                    let row = |k: usize| (item.vec3(4 * k), item.float(4 * k + 3));
-                    let rows = [row(0), row(1), row(2)];
+                Kind::Instance => {
+                    floor = height;
+                    let rows = [(item.vec3(0), 3), (item.vec3(4), 7), (item.vec3(8), 12)];
                     local = Local::new(
-                        Vec3::from_array(rows.map(|(r, shift)| r.dot(world.origin) + shift)),
-                        Vec3::from_array(rows.map(|(r, _)| r.dot(world.direction))),
+                        Vec3::from_array(rows.map(|(row, shift)| row.dot(world.origin) + item.float(shift))),
+                        Vec3::from_array(rows.map(|(row, _)| row.dot(world.direction))),
                     );
-                    instance = item.0[13];
-                    next = Some(item.0[12]);
+                    instance = item.0[14];
+                    next = Some(item.0[13]);
                 }
             }
-            while next.is_none() && height > 0 {
-                height -= 1;
-                if stack[height] == LEAVE_INSTANCE {
-                    local = world;
-                    instance = crate::NO_INSTANCE;
+            if next.is_none() && instance != NO_INSTANCE && height == floor {
+                local = world;
+                instance = NO_INSTANCE;
+            }
+            if next.is_none() && height > 0 {
+                let top = stack[height - 1];
+                let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
+                next = Some((top >> 6) + first);
+                if first == second {
+                    height -= 1;
                 } else {
-                    next = Some(stack[height]);
+                    stack[height - 1] = top & !63 | second | third << 2 | third << 4;
                 }
             }
             match next {
                 Some(item) => at = item,
                 None => return (best, steps),
             }
+        }
+    }
+}
+
+/// [`Local::enter`] for a node on its own.
+#[cfg(test)]
+pub(crate) fn enter_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
+    let Kind::Node(count) = item.kind() else { return [None; 4] };
+    Local::new(origin, direction).enter(item, count, 0.0, 1e30)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_give_back_every_child_in_order() {
+        for list in [&[2][..], &[3, 0], &[0, 3], &[1, 2, 0], &[3, 2, 1], &[0, 1, 2]] {
+            let mut order = [MISS; 3];
+            for (slot, c) in order.iter_mut().zip(list) {
+                *slot = 1000 << 2 | c;
+            }
+            let mut top = entry(0x3ff_fffe, order);
+            let mut given = Vec::new();
+            loop {
+                assert!(top >> 6 == 0x3ff_fffe);
+                let (first, second, third) = (top & 3, top >> 2 & 3, top >> 4 & 3);
+                given.push(first);
+                if first == second {
+                    break;
+                }
+                top = top & !63 | second | third << 2 | third << 4;
+            }
+            assert_eq!(given, list);
         }
     }
 }

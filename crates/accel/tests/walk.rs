@@ -4,24 +4,18 @@ mod common;
 
 use common::{Rng, build, hold_against, lone, rays, scene, soup, sphere};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use surelight_accel::{
-    Accel, BuildOptions, Instancing, Layout, NO_INSTANCE, Quality, Ray,
-    oracle::{Oracle, Verdict},
-};
+use surelight_accel::{Accel, BuildOptions, Instancing, NO_INSTANCE, Quality, Ray, item::Kind, oracle::Oracle};
 use surelight_scene::{Mesh, Scene};
 
 const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Medium, Quality::Slow];
 
-const LAYOUTS: [Layout; 2] = [Layout::Binary, Layout::Wide];
-
 /// Every way to build, but for where meshes stand.
-fn every_way() -> Vec<BuildOptions> {
-    let ways = |layout| QUALITIES.map(|quality| BuildOptions { quality, layout, ..BuildOptions::default() });
-    LAYOUTS.into_iter().flat_map(ways).collect()
+fn every_way() -> [BuildOptions; 3] {
+    QUALITIES.map(|quality| BuildOptions { quality, ..BuildOptions::default() })
 }
 
-fn with(instancing: Instancing, layout: Layout) -> BuildOptions {
-    BuildOptions { instancing, layout, ..BuildOptions::default() }
+fn with(instancing: Instancing) -> BuildOptions {
+    BuildOptions { instancing, ..BuildOptions::default() }
 }
 
 #[test]
@@ -61,21 +55,19 @@ fn instances_agree_with_brute_force_and_with_copies() {
         let meshes = vec![sphere(8, 12), soup(&mut rng, 100, 0.4)];
         let scene = scene(meshes, &placements(&mut rng, 12, scale));
         let oracle = Oracle::new(&scene, DVec3::ZERO);
-        for layout in LAYOUTS {
-            let placed = build(&scene, &with(Instancing::Always, layout));
-            let copied = build(&scene, &with(Instancing::Never, layout));
-            assert_eq!((placed.instances.len(), copied.instances.len()), (12, 0));
-            let rays = rays(&mut rng, 2000, Vec3::ZERO, 5.0 * scale as f32);
-            let (a, b) = (hold_against(&oracle, &placed, &rays), hold_against(&oracle, &copied, &rays));
-            assert!(a.hits > 300 && a.hits.abs_diff(b.hits) <= 2, "{a:?} {b:?}");
-            assert!(a.ties <= 5 && b.ties <= 5, "{a:?} {b:?}");
-            for ray in &rays {
-                // The same front, however it was placed.
-                if let (Some(p), Some(c)) = (placed.intersect(ray), copied.intersect(ray)) {
-                    let (n, m) = (front(&placed, &p), front(&copied, &c));
-                    let same = placed.triangles[p.prim as usize].mesh == copied.triangles[c.prim as usize].mesh;
-                    assert!(!same || (p.t - c.t).abs() > 1e-3 * c.t || n.dot(m) > 0.99, "{n} against {m}");
-                }
+        let placed = build(&scene, &with(Instancing::Always));
+        let copied = build(&scene, &with(Instancing::Never));
+        assert_eq!((placed.instances.len(), copied.instances.len()), (12, 0));
+        let rays = rays(&mut rng, 2000, Vec3::ZERO, 5.0 * scale as f32);
+        let (a, b) = (hold_against(&oracle, &placed, &rays), hold_against(&oracle, &copied, &rays));
+        assert!(a.hits > 300 && a.hits.abs_diff(b.hits) <= 2, "{a:?} {b:?}");
+        assert!(a.ties <= 5 && b.ties <= 5, "{a:?} {b:?}");
+        for ray in &rays {
+            // The same front, however it was placed.
+            if let (Some(p), Some(c)) = (placed.intersect(ray), copied.intersect(ray)) {
+                let (n, m) = (front(&placed, &p), front(&copied, &c));
+                let same = placed.triangles[p.prim as usize].mesh == copied.triangles[c.prim as usize].mesh;
+                assert!(!same || (p.t - c.t).abs() > 1e-3 * c.t || n.dot(m) > 0.99, "{n} against {m}");
             }
         }
     }
@@ -83,15 +75,8 @@ fn instances_agree_with_brute_force_and_with_copies() {
 
 /// The unit normal on glTF's front side, as the documentation of `InstanceRecord` says to get it.
 fn front(accel: &Accel, hit: &surelight_accel::Hit) -> Vec3 {
-    let item = &accel.items[hit.item as usize];
-    let n = match accel.layout {
-        Layout::Binary => item.vec3(4).cross(item.vec3(8)),
-        Layout::Wide => {
-            let corners = if item.0[12] == hit.prim { [0, 3, 6] } else { [9, 6, 3] };
-            let [a, b, c] = corners.map(|w| item.vec3(w));
-            (b - a).cross(c - a)
-        }
-    };
+    let [a, b, c] = accel.items[hit.item as usize].corners(hit.prim);
+    let n = (b - a).cross(c - a);
     if hit.instance == NO_INSTANCE {
         return n.normalize();
     }
@@ -106,13 +91,11 @@ fn the_front_of_a_mirrored_sphere_is_outside() {
         for stretch in [DVec3::new(1.0, 2.0, 1.0), DVec3::new(-1.0, 2.0, 1.0), DVec3::splat(-3.0)] {
             let to_world = DAffine3 { matrix3: DMat3::from_diagonal(stretch), translation: DVec3::X * 7.0 };
             let scene = scene(vec![sphere(16, 16)], &[(0, to_world)]);
-            for layout in LAYOUTS {
-                let accel = build(&scene, &with(instancing, layout));
-                for ray in rays(&mut Rng::new(3), 200, Vec3::X * 7.0, 1.0) {
-                    let ray = Ray::new(Vec3::X * 7.0 + ray.direction * 50.0, -ray.direction);
-                    let hit = accel.intersect(&ray).expect("the centre is aimed at");
-                    assert!(front(&accel, &hit).dot(ray.direction) < 0.0, "{instancing:?} {stretch}");
-                }
+            let accel = build(&scene, &with(instancing));
+            for ray in rays(&mut Rng::new(3), 200, Vec3::X * 7.0, 1.0) {
+                let ray = Ray::new(Vec3::X * 7.0 + ray.direction * 50.0, -ray.direction);
+                let hit = accel.intersect(&ray).expect("the centre is aimed at");
+                assert!(front(&accel, &hit).dot(ray.direction) < 0.0, "{instancing:?} {stretch}");
             }
         }
     }
@@ -222,12 +205,10 @@ fn coinciding_and_nested_triangles_keep_the_tree_shallow() {
                 Ray::new(o, (a * 0.5 + b * 0.3 + c * 0.2 - o).normalize())
             })
             .collect();
-        for layout in LAYOUTS {
-            let accel = build(&scene, &with(Instancing::Never, layout));
-            assert!(accel.stack_depth <= 45, "{name}: depth {}", accel.stack_depth);
-            let tally = hold_against(&oracle, &accel, &rays);
-            assert!(tally.hits >= 10, "{name}: {tally:?}");
-        }
+        let accel = build(&scene, &with(Instancing::Never));
+        assert!(accel.stack_depth <= 45, "{name}: depth {}", accel.stack_depth);
+        let tally = hold_against(&oracle, &accel, &rays);
+        assert!(tally.hits >= 10, "{name}: {tally:?}");
     }
 }
 
@@ -290,55 +271,20 @@ fn no_ray_leaves_a_closed_mesh() {
         let mut moved = mesh.clone();
         moved.positions.iter_mut().for_each(|p| *p = *p * scale + shift);
         let scene = lone(moved);
-        for layout in LAYOUTS {
-            for instancing in [Instancing::Never, Instancing::Always] {
-                let accel = build(&scene, &with(instancing, layout));
-                let escaped = escapes(&accel, &scene.meshes[0], shift, scale, 200_000);
-                assert_eq!(escaped, 0, "scale {scale}, shift {shift}, {instancing:?}, {layout:?}");
-            }
+        for instancing in [Instancing::Never, Instancing::Always] {
+            let accel = build(&scene, &with(instancing));
+            let escaped = escapes(&accel, &scene.meshes[0], shift, scale, 200_000);
+            assert_eq!(escaped, 0, "scale {scale}, shift {shift}, {instancing:?}");
         }
     }
-    // The test can fail: without its slack the plain hit test leaves cracks.
-    let mut strict = build(&lone(mesh.clone()), &BuildOptions::default());
-    for item in strict.items.iter_mut().filter(|i| i.tag() == surelight_accel::item::TAG_TRIANGLE) {
-        for word in [7, 11, 12] {
-            item.0[word] = 0;
+    // The test can fail: pairs that are out of place by a few roundings leave cracks.
+    let mut loose = build(&lone(mesh.clone()), &BuildOptions::default());
+    for item in loose.items.iter_mut().filter(|i| i.kind() == Kind::Pair).step_by(2) {
+        for word in 0..12 {
+            item.0[word] = (item.float(word) + 1e-6).to_bits();
         }
     }
-    assert!(escapes(&strict, &mesh, Vec3::ZERO, 1.0, 200_000) > 20);
-}
-
-#[test]
-fn both_layouts_find_the_same() {
-    let mut rng = Rng::new(61);
-    let meshes = vec![sphere(40, 60), soup(&mut rng, 2000, 0.1)];
-    let scene = scene(meshes, &placements(&mut rng, 20, 1.0));
-    let oracle = Oracle::new(&scene, DVec3::ZERO);
-    for instancing in [Instancing::Never, Instancing::Always] {
-        let [a, b] = LAYOUTS.map(|layout| build(&scene, &with(instancing, layout)));
-        let mut differ = 0;
-        let rays = rays(&mut rng, 50_000, Vec3::ZERO, 5.0);
-        for ray in &rays {
-            let answers = [&a, &b].map(|accel| (accel, accel.intersect(ray)));
-            let [p, q] = answers.each_ref().map(|(accel, hit)| {
-                hit.map(|h| {
-                    let mut source = accel.triangles[h.prim as usize];
-                    source.corners.sort_unstable();
-                    let instance = accel.instances.get(h.instance as usize).map_or(NO_INSTANCE, |r| r.scene_instance);
-                    (source, instance)
-                })
-            });
-            if p != q {
-                // A grazed edge may go either way, but both ways must be defensible.
-                differ += 1;
-                for (accel, hit) in &answers {
-                    let verdict = oracle.judge(accel, ray, hit.as_ref());
-                    assert!(!matches!(verdict, Verdict::Wrong(_)), "{ray:?}: {verdict:?}");
-                }
-            }
-        }
-        assert!(differ <= 20, "{differ} of {}", rays.len());
-    }
+    assert!(escapes(&loose, &mesh, Vec3::ZERO, 1.0, 200_000) > 20);
 }
 
 #[test]

@@ -9,6 +9,9 @@ pub enum BenchError {
     /// The device or the renderer.
     #[error(transparent)]
     Render(#[from] surelight_render::RenderError),
+    /// Films that do not fit together.
+    #[error(transparent)]
+    Film(#[from] surelight_film::FilmError),
     /// A file that could not be written.
     #[error(transparent)]
     Write(#[from] surelight_film::WriteError),

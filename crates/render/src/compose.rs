@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
 use crate::{
-    error::RenderError,
+    error::{RenderError, Source},
     images::arrays_to_images,
     kernel_key::{KernelKey, Part, TABLE},
 };
@@ -85,7 +85,7 @@ fn compose_all<'a>(
         ..Default::default()
     };
     let compiled = wesl::compile_sourcemap(&module_path(root)?, &resolver, &NoMangler, &options)
-        .map_err(|e| RenderError::Shader { root: root.into(), message: e.to_string() })?;
+        .map_err(|e| defect(root, e.to_string(), e))?;
     let wgsl = compiled.to_string();
     if !key.has(Part::ItemsImage) {
         return validate(root, wgsl);
@@ -95,8 +95,7 @@ fn compose_all<'a>(
 }
 
 fn parse(root: &str, wgsl: &str) -> Result<naga::Module, RenderError> {
-    naga::front::wgsl::parse_str(wgsl)
-        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(wgsl) })
+    naga::front::wgsl::parse_str(wgsl).map_err(|e| defect(root, e.emit_to_string(wgsl), e))
 }
 
 /// Parses and validates plain WGSL.
@@ -105,10 +104,14 @@ fn validate(root: &str, wgsl: String) -> Result<Composed, RenderError> {
     let capabilities = naga::valid::Capabilities::default();
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
         .validate(&module)
-        .map_err(|e| RenderError::Shader { root: root.into(), message: e.emit_to_string(&wgsl) })?;
+        .map_err(|e| defect(root, e.emit_to_string(&wgsl), e))?;
     Ok(Composed { wgsl, module, info })
 }
 
 fn module_path(text: &str) -> Result<ModulePath, RenderError> {
-    text.parse().map_err(|e| RenderError::Shader { root: text.into(), message: format!("{e}") })
+    text.parse::<ModulePath>().map_err(|e| defect(text, e.to_string(), e))
+}
+
+fn defect(root: &str, message: String, source: impl Into<Source>) -> RenderError {
+    RenderError::Shader { root: root.into(), message, source: Some(source.into()) }
 }

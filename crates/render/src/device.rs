@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
-use crate::error::RenderError;
+use crate::error::{RenderError, Source};
 
 /// Which adapter to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -121,9 +121,8 @@ impl Device {
             memory_hints: wgpu::MemoryHints::Performance,
             trace: wgpu::Trace::Off,
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
-            RenderError::NoDevice { adapter: info.name.clone(), message: e.to_string().trim_end_matches('.').into() }
-        })?;
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), source: e.into() })?;
         let lost = Arc::new(Mutex::new(None));
         let sink = lost.clone();
         device.set_device_lost_callback(move |_, message| {
@@ -160,7 +159,7 @@ impl Device {
         let value = work();
         for scope in [internal, validation, memory] {
             if let Some(error) = pollster::block_on(scope.pop()) {
-                return Err(RenderError::Device { what: what.into(), message: error.to_string() });
+                return Err(RenderError::Device { what: what.into(), source: error.into() });
             }
         }
         self.check_lost()?;
@@ -189,9 +188,9 @@ impl Device {
             let _ = send.send(result);
         });
         self.wait()?;
-        let failed = |message: String| RenderError::Device { what: "reading a buffer".into(), message };
-        receive.recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-        let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
+        let failed = |source: Source| RenderError::Device { what: "reading a buffer".into(), source };
+        receive.recv().map_err(|e| failed(e.into()))?.map_err(|e| failed(e.into()))?;
+        let view = slice.get_mapped_range().map_err(|e| failed(e.into()))?;
         let value = read(&view);
         drop(view);
         buffer.unmap();
@@ -227,7 +226,7 @@ impl Device {
     pub(crate) fn wait(&self) -> Result<(), RenderError> {
         self.device
             .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| RenderError::Device { what: "waiting for it".into(), message: e.to_string() })?;
+            .map_err(|e| RenderError::Device { what: "waiting for it".into(), source: e.into() })?;
         self.check_lost()
     }
 }

@@ -1,7 +1,15 @@
 //! What can go wrong between a scene and its pixels, in sentences.
 
+use surelight_accel::AccelError;
+use surelight_film::FilmError;
+use surelight_scene::SceneError;
+
+/// An error of the driver or of a compiler.
+pub(crate) type Source = Box<dyn std::error::Error + Send + Sync>;
+
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RenderError {
     /// No adapter at all.
     #[error(
@@ -20,12 +28,15 @@ pub enum RenderError {
         available: String,
     },
     /// The adapter gave no device.
-    #[error("the adapter \"{adapter}\" cannot be opened: {message}; --adapter chooses another")]
+    #[error(
+        "the adapter \"{adapter}\" cannot be opened: {}; --adapter chooses another",
+        .source.to_string().trim_end_matches('.')
+    )]
     NoDevice {
         /// Its name.
         adapter: String,
         /// Why.
-        message: String,
+        source: Source,
     },
     /// The driver dropped the device.
     #[error("the device \"{adapter}\" was lost: {message}; --adapter chooses another")]
@@ -36,12 +47,12 @@ pub enum RenderError {
         message: String,
     },
     /// The driver refused something.
-    #[error("the device refused {what}: {message}")]
+    #[error("the device refused {what}: {source}")]
     Device {
         /// What was being done.
         what: String,
         /// What it said.
-        message: String,
+        source: Source,
     },
     /// A resource is larger than the adapter can bind.
     #[error("{what} needs {needed} MiB, but \"{adapter}\" can bind at most {limit} MiB ({limit_name})")]
@@ -68,10 +79,36 @@ pub enum RenderError {
     Shader {
         /// Root module.
         root: String,
-        /// The compiler's message.
+        /// The compiler's message, with the lines of the source where there are some.
         message: String,
+        /// The compiler's error; none where a resource is missing.
+        source: Option<Source>,
     },
+    /// The film is of another image than the view.
+    #[error(
+        "the film is of an image of {}x{} pixels, the view of one of {}x{}", film[0], film[1], view[0], view[1]
+    )]
+    FilmSize {
+        /// Pixels of the film's whole image: width, height.
+        film: [u32; 2],
+        /// Pixels of the view.
+        view: [u32; 2],
+    },
+    /// More batches at once than there is room for.
+    #[error("{batches} batches do not fit one call: there is room for {limit}")]
+    TooManyBatches {
+        /// Batches requested.
+        batches: u32,
+        /// [`crate::Renderer::most_batches`].
+        limit: u32,
+    },
+    /// The film refused what was traced.
+    #[error("what was traced does not fit the film: {0}")]
+    Film(#[from] FilmError),
+    /// The scene is not valid.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// The scene could not be made into a BVH.
     #[error(transparent)]
-    Accel(#[from] surelight_accel::AccelError),
+    Accel(#[from] AccelError),
 }

@@ -145,7 +145,7 @@ fn group_entry<'a>(b: &Binding, resources: &'a Resources) -> Result<wgpu::BindGr
         Some(Resource::Image(view)) => wgpu::BindingResource::TextureView(view),
         None => {
             let message = format!("the host has no resource \"{}\"", b.name);
-            return Err(RenderError::Shader { root: "bindings".into(), message });
+            return Err(RenderError::Shader { root: "bindings".into(), message, source: None });
         }
     };
     Ok(wgpu::BindGroupEntry { binding: b.binding, resource })

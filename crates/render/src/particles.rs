@@ -21,7 +21,7 @@ use crate::{
     prepare::Prepared,
     reflect::RecordLayout,
     schedule::{Counts, Observer},
-    upload::Uploader,
+    upload::{MIB, Uploader},
 };
 
 /// Root module of the light tracing kernel.
@@ -167,8 +167,15 @@ impl Particles {
             };
             let count = rest.iter().take_while(fits).count();
             if count == 0 {
-                let message = format!("there is no room for what particles leave in {width} pixels a row");
-                return Err(RenderError::LostWork { message });
+                let info = &dispatcher.device.info;
+                let pixels = u64::from(width) * u64::from(first.size[1]);
+                return Err(RenderError::TooLarge {
+                    what: "particles' sums".into(),
+                    needed: (pixels * SPLAT_BYTES).div_ceil(MIB),
+                    limit: info.max_binding / MIB,
+                    limit_name: "max_storage_buffer_binding_size",
+                    adapter: info.name.clone(),
+                });
             }
             let (now, later) = rest.split_at_mut(count);
             rest = later;

@@ -102,7 +102,7 @@ fn pilot(
     let mut found = Film::of_window(film.window());
     if let Some(features) = film.features() {
         // Which pixels light can reach.
-        found.set_features(features.clone()).map_err(|e| RenderError::LostWork { message: e.to_string() })?;
+        found.set_features(features.clone())?;
     }
     let standing = progression.standing();
     (progression.pilot, progression.batch, progression.spp) = (true, PILOT_BATCH, 0);

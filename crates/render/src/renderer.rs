@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use surelight_film::{Features as FilmFeatures, Film, Window};
+use surelight_film::{Features as FilmFeatures, Film, FilmError, Window};
 
 use crate::{
     adaptive::{LOOK, LOOK_SEED, Shares, least_share},
@@ -292,10 +292,21 @@ impl<'a> Renderer<'a> {
         samples: u32,
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
+        // A pass without samples would write nothing, as if the driver had lost it.
+        if samples == 0 {
+            return Err(FilmError::NoSamples.into());
+        }
+        let tiles = self.tiles_of(film, side(&self.key))?;
+        if batches == 0 {
+            return Ok(true);
+        }
         let (mut results, mut coverage) = (Vec::new(), Vec::new());
-        for tile in self.tiles_of(film, side(&self.key))? {
+        for tile in tiles {
             let pass = Pass { first_batch, batches, samples, ..self.pass_of(&tile) };
             let bytes = self.sum_bytes(&pass);
+            if bytes > self.sums.size() {
+                return Err(RenderError::TooManyBatches { batches, limit: self.most_batches });
+            }
             // What an earlier tile left is wiped, so that a batch that is not written shows.
             self.dispatcher.device.clear(&self.sums, Some(bytes))?;
             if let Some(sums) = &self.coverage_sums {
@@ -339,7 +350,7 @@ impl<'a> Renderer<'a> {
                     }
                     None => film.add_uneven_batch(samples, &pixels, batch),
                 };
-                added.map_err(|e| RenderError::LostWork { message: format!("a batch does not fit the film: {e}") })?;
+                added?;
             }
         }
         self.counts.film_seconds += started.elapsed().as_secs_f64();
@@ -350,9 +361,7 @@ impl<'a> Renderer<'a> {
     fn tiles_of(&self, film: &Film, side: u32) -> Result<Vec<Tile>, RenderError> {
         let window = film.window();
         if window.whole != self.size {
-            let [[width, height], [w, h]] = [self.size, window.whole];
-            let message = format!("the film is of an image of {w}x{h} pixels, the view of one of {width}x{height}");
-            return Err(RenderError::LostWork { message });
+            return Err(RenderError::FilmSize { film: window.whole, view: self.size });
         }
         Ok(Tile::bands(window.corner, window.size, self.most_lanes, side))
     }
@@ -388,6 +397,6 @@ impl<'a> Renderer<'a> {
                 }
             }
         }
-        film.set_features(all).map_err(|e| RenderError::LostWork { message: e.to_string() })
+        Ok(film.set_features(all)?)
     }
 }

@@ -5,7 +5,7 @@ use wgpu::util::DeviceExt;
 
 use crate::{device::Device, error::RenderError, images::IMAGE_WIDTH};
 
-const MIB: u64 = 1 << 20;
+pub(crate) const MIB: u64 = 1 << 20;
 
 /// Fewest bytes of a buffer: a binding must hold at least one record of its type, even where there is none.
 const LEAST_BYTES: usize = 256;

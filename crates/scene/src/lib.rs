@@ -24,6 +24,7 @@ mod material;
 mod mesh;
 mod scene;
 mod texture;
+mod validate;
 
 pub use camera::{Camera, ClipRange, Projection};
 pub use environment::{Environment, EnvironmentMap, load_environment, load_environment_with_warnings};
@@ -34,3 +35,4 @@ pub use material::{AlphaMode, Material, Volume};
 pub use mesh::{Instance, Mesh};
 pub use scene::{ExtensionUse, Scene};
 pub use texture::{Filter, Image, NormalTexture, Texture, TextureRef, Wrap};
+pub use validate::SceneError;

@@ -114,6 +114,29 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Every place for a texture, by name.
+    pub(crate) fn textures(&self) -> [(&'static str, Option<&TextureRef>); 17] {
+        [
+            ("base color", self.base_color_texture.as_ref()),
+            ("metallic-roughness", self.metallic_roughness_texture.as_ref()),
+            ("normal", self.normal_texture.as_ref().map(|n| &n.texture)),
+            ("emissive", self.emissive_texture.as_ref()),
+            ("specular", self.specular_texture.as_ref()),
+            ("specular color", self.specular_color_texture.as_ref()),
+            ("transmission", self.transmission_texture.as_ref()),
+            ("clearcoat", self.clearcoat.texture.as_ref()),
+            ("clearcoat roughness", self.clearcoat.roughness_texture.as_ref()),
+            ("clearcoat normal", self.clearcoat.normal_texture.as_ref().map(|n| &n.texture)),
+            ("sheen color", self.sheen.color_texture.as_ref()),
+            ("sheen roughness", self.sheen.roughness_texture.as_ref()),
+            ("anisotropy", self.anisotropy.texture.as_ref()),
+            ("iridescence", self.iridescence.texture.as_ref()),
+            ("iridescence thickness", self.iridescence.thickness_texture.as_ref()),
+            ("diffuse transmission", self.diffuse_transmission.texture.as_ref()),
+            ("diffuse transmission color", self.diffuse_transmission.color_texture.as_ref()),
+        ]
+    }
+
     /// Whether any light can leave the surface by itself (unlit ones do not count: they light nothing).
     pub fn is_emissive(&self) -> bool {
         !self.unlit && self.emissive.iter().any(|&c| c > 0.0)

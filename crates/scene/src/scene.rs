@@ -1,6 +1,9 @@
 use crate::{Camera, Environment, Image, Instance, Light, Material, Mesh, Texture};
 
-/// A validated scene: plain data, all indices in range.
+/// A scene: plain data.
+///
+/// [`crate::load`] returns a valid one: all indices are in range, all arrays as long as they must
+/// be. [`Scene::validate`] checks one that was made otherwise.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Stem of the file it was loaded from, or the name that its maker chose.

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use surelight_accel::{Accel, BuildOptions, Ray, oracle::Oracle, oracle::Verdict};
-use surelight_scene::{Instance, Mesh, Scene};
+use surelight_scene::{Instance, Material, Mesh, Scene};
 
 /// A small generator of our own, so that seeds mean the same for ever (PCG-XSH-RR; O'Neill 2014).
 pub(crate) struct Rng(u64);
@@ -82,6 +82,7 @@ pub(crate) fn scene(meshes: Vec<Mesh>, placements: &[(usize, DAffine3)]) -> Scen
     Scene {
         instances: placements.iter().map(|&(mesh, to_world)| Instance { mesh, to_world }).collect(),
         meshes,
+        materials: vec![Material::default()],
         ..Scene::default()
     }
 }

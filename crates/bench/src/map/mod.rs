@@ -11,7 +11,7 @@ mod page;
 
 use surelight_estimate::{Estimate, sidak_level, welch_test};
 use surelight_film::Film;
-use surelight_render::{Device, Integrator, Prepared, RenderError, Renderer, Settings};
+use surelight_render::{Device, Integrator, Prepared, Renderer, Settings};
 use surelight_scene::Scene;
 
 use crate::error::BenchError;
@@ -157,7 +157,7 @@ fn picture(
         let mut part = Film::new(SIDE, SIDE);
         renderer.trace(&mut part, batch, 1, samples, &mut |_| true)?;
         means.push(pooled(&part).mean);
-        film.merge(&part).map_err(|e| RenderError::LostWork { message: e.to_string() })?;
+        film.merge(&part)?;
     }
     let rays_a_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
     let mean = match integrator {

@@ -28,7 +28,7 @@ mod view;
 
 use std::{borrow::Cow, collections::BTreeSet};
 
-use surelight_accel::{Accel, BuildOptions, Item, Layout, wide};
+use surelight_accel::{Accel, Item, item::Kind};
 use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
 
 use self::{
@@ -112,12 +112,12 @@ impl Prepared {
         settings: &Settings,
         work: impl FnOnce(&Blueprint) -> T,
     ) -> Result<(Self, T), RenderError> {
-        // The kernel reads one layout only.
-        let build = BuildOptions { layout: Layout::Wide, ..settings.build };
+        // What follows indexes without checks.
+        scene.validate()?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
         // Trees and tables know nothing of each other, and are made side by side.
         let (accel, tables, cut, work) = std::thread::scope(|scope| {
-            let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &build));
+            let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &settings.build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
             let cut = Cut::find(scene, camera, settings);
@@ -291,7 +291,7 @@ impl Prepared {
             u32::from(panes[self.mesh_materials[mesh as usize]])
         };
         let mut items = self.accel.items.clone();
-        for item in items.iter_mut().filter(|item| wide::kind(item) == wide::Kind::Pair) {
+        for item in items.iter_mut().filter(|item| item.kind() == Kind::Pair) {
             item.0[14] = is_pane(item.0[12]) | is_pane(item.0[13]) << 1;
         }
         Cow::Owned(items)

@@ -1,23 +1,35 @@
-//! A binary tree opened to four children a node ([`crate::collapse`]) and written in the format of [`crate::wide`].
+//! From binary trees, opened to four children a node ([`crate::collapse`]), to the items that a
+//! kernel reads.
 
 use glam::Vec3;
 
 use crate::{
-    Bounds, Item,
+    Bounds, TriangleSource,
     bounds::bounds_of,
     collapse::Opening,
-    flatten::Flat,
     forest::Forest,
+    item::{Item, Kind},
     pairing::ALONE,
     placement::{Placed, Soup},
     records::rows,
     tree::Tree,
-    wide,
 };
+
+/// A flattened forest.
+#[derive(Default)]
+pub(crate) struct Flat {
+    pub(crate) items: Vec<Item>,
+    /// By prim id.
+    pub(crate) triangles: Vec<TriangleSource>,
+    /// Σ area × items read over the top-level tree, over the area of its bounds.
+    pub(crate) sah: f64,
+    /// The largest number of entries on the stack of a walk.
+    pub(crate) depth: u32,
+}
 
 pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
     let mut out = Flat::default();
-    let leaves: usize = placed.meshes.iter().map(Soup::leaves).sum::<usize>() + placed.world.leaves();
+    let leaves: usize = placed.meshes.iter().map(|soup| soup.pairs.len()).sum::<usize>() + placed.world.pairs.len();
     out.items.reserve(leaves + leaves / 2 + 2 * forest.placements.len() + 2);
 
     let roots = |items: &mut Vec<Item>| {
@@ -30,7 +42,7 @@ pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
         let placement = |k: u32| {
             let p = &placed.placements[forest.placements[k as usize].0];
             // The root item of the mesh is not known yet: its number stands in until it is.
-            wide::instance(&rows(&p.to_object), p.mesh as u32, k)
+            Item::instance(&rows(&p.to_object), p.mesh as u32, k)
         };
         let mut writer = Writer::new(&mut out, &forest.top, &placed.world, &placement);
         writer.root(root);
@@ -48,12 +60,12 @@ pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
             let root = roots(&mut out.items);
             let mut writer = Writer::new(&mut out, tree, soup, &|_| Item::default());
             writer.root(root);
-            // One to spare: walks of this layout leave no mark behind where they enter an instance.
+            // One to spare.
             inner = inner.max(writer.depth + 1);
         }
     }
     for item in &mut out.items[..top_end] {
-        if wide::kind(item) == wide::Kind::Instance {
+        if item.kind() == Kind::Instance {
             item.0[13] = root_of[item.0[13] as usize];
         }
     }
@@ -79,7 +91,7 @@ impl<'a> Writer<'a> {
 
     fn root(&mut self, slot: u32) {
         match self.tree.nodes.first().map(|n| n.is_leaf()) {
-            None => self.out.items[slot as usize] = wide::node(&[], 0),
+            None => self.out.items[slot as usize] = Item::node(&[], 0),
             Some(true) => self.group(slot, &[0], 1),
             Some(false) => self.node(slot, 0, 1),
         }
@@ -101,7 +113,7 @@ impl<'a> Writer<'a> {
         self.depth = self.depth.max(depth);
         let base = self.out.items.len() as u32;
         let boxes: Vec<Bounds> = children.iter().map(|&c| self.bounds(c)).collect();
-        self.out.items[slot as usize] = wide::node(&boxes, base);
+        self.out.items[slot as usize] = Item::node(&boxes, base);
         self.out.items.resize(base as usize + children.len(), Item::default());
         // Leaves first, so that prim ids ascend along the stream.
         for (item, &child) in (base..).zip(children) {
@@ -119,7 +131,7 @@ impl<'a> Writer<'a> {
     }
 
     fn leaf(&mut self, index: u32) -> Item {
-        if let Some(k) = index.checked_sub(self.soup.leaves() as u32) {
+        if let Some(k) = index.checked_sub(self.soup.pairs.len() as u32) {
             return (self.placement)(k);
         }
         let [a, b] = self.soup.pairs[index as usize];
@@ -127,7 +139,7 @@ impl<'a> Writer<'a> {
         let (mut va, mut source) = of(a);
         if b == ALONE {
             let prim = self.prim(source);
-            return wide::pair([va[0], va[1], va[2], va[2]], [prim; 2]);
+            return Item::pair([va[0], va[1], va[2], va[2]], [prim; 2]);
         }
         let (mut vb, mut other) = of(b);
         // Turn both until the common edge is A's second, v1 to v2, and B's second backwards.
@@ -143,10 +155,10 @@ impl<'a> Writer<'a> {
         vb.rotate_left(turn % 3);
         other.corners.rotate_left(turn % 3);
         let prims = [self.prim(source), self.prim(other)];
-        wide::pair([va[0], va[1], va[2], vb[0]], prims)
+        Item::pair([va[0], va[1], va[2], vb[0]], prims)
     }
 
-    fn prim(&mut self, source: crate::TriangleSource) -> u32 {
+    fn prim(&mut self, source: TriangleSource) -> u32 {
         self.out.triangles.push(source);
         self.out.triangles.len() as u32 - 1
     }
