@@ -36,7 +36,7 @@ fn page() -> String {
          you know every part that there is: the condition that shader modules test with `@if(…)`, why a kernel\n\
          has it, what it needs and what it excludes. `surelight info SCENE` shows the parts of one kernel.\n\n\
          This page is made from the table in\n\
-         [`crates/render/src/kernel_key/table.rs`](../crates/render/src/kernel_key/table.rs), which the composer\n\
+         [`crates/prepare/src/kernel_key/table.rs`](../crates/prepare/src/kernel_key/table.rs), which the composer\n\
          and the tests use as well; a test keeps it true.\n\n\
          | part | meaning | origin | needs | excludes |\n|---|---|---|---|---|\n",
     );

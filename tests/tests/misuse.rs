@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use surelight_accel::{Accel, AccelError, BuildOptions};
 use surelight_film::{Film, FilmError};
-use surelight_render::{Prepared, RenderError, Renderer, Settings};
+use surelight_render::{PrepareError, Prepared, RenderError, Renderer, Settings};
 use surelight_scene::{
     Clearcoat, Environment, EnvironmentMap, Filter, Image, Instance, Light, LightKind, Material, Mesh, NormalTexture,
     Scene, Texture, TextureRef, Wrap,
@@ -121,7 +121,7 @@ fn scenes_that_are_not_valid_are_refused() {
         spoil(&mut scene);
         let wanted = format!("the scene is not valid: {what}");
         match Prepared::new(&scene, &camera, &settings).err() {
-            Some(error @ RenderError::Scene(_)) => assert_eq!(error.to_string(), wanted),
+            Some(error @ PrepareError::Scene(_)) => assert_eq!(error.to_string(), wanted),
             other => panic!("{what}: {other:?}"),
         }
         match Accel::build(&scene, DVec3::ZERO, &BuildOptions::default()).err() {

@@ -50,6 +50,12 @@ pub enum BenchError {
     Interrupted,
 }
 
+impl From<surelight_render::PrepareError> for BenchError {
+    fn from(error: surelight_render::PrepareError) -> Self {
+        Self::Render(error.into())
+    }
+}
+
 impl BenchError {
     /// Something about a file.
     pub(crate) fn file(path: &Path, cause: impl std::fmt::Display) -> Self {

@@ -5,7 +5,9 @@
 
 use surelight_film::{Film, LEAST_SAMPLES, Window};
 
-use crate::{noise, prepare::luminance};
+use surelight_prepare::luminance;
+
+use crate::noise;
 
 /// Pixels along a side of a block. Twin of `quarters` in `shaders/kernel/lanes.wesl`.
 pub(crate) const BLOCK: u32 = 8;

@@ -3,16 +3,14 @@
 //! What a kernel is made from is known before the trees are, but for their depth, which is nearly always less than what is
 //! allowed for ([`crate::prepare`]). Where the guess was wrong, the kernel is composed and compiled again; the picture is the same.
 
+use surelight_prepare::{Access, Binding, Blueprint, Composed, KernelKey, RecordLayout, compose, path_kernel};
+
 use crate::{
-    compose::{Composed, compose},
     device::Device,
     error::RenderError,
     kernel::{Checks, Kernel, Program, Resource, Resources},
-    kernel_key::KernelKey,
     pass::{GROUP, Pass},
-    prepare::Blueprint,
-    reflect::{Binding, RecordLayout},
-    schedule::{PATH_ENTRY, cpu_threads, path_kernel},
+    schedule::{PATH_ENTRY, cpu_threads},
     upload::Uploader,
 };
 
@@ -28,12 +26,12 @@ pub struct Ahead {
 impl Ahead {
     /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first dispatch.
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
-        let blueprint = blueprint.on(device);
-        let shader = compose(path_kernel(&blueprint.key).0, &blueprint.key, &blueprint.constants)?;
+        let blueprint = blueprint.on_images(device.reads_images());
+        let shader = compose(path_kernel(&blueprint.key()).0, &blueprint.key(), &blueprint.constants)?;
         let program = Program::new(device, &shader, PATH_ENTRY, Checks::default())?;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let pass = Pass { size: [8, 8], samples: 1, lanes: GROUP * threads, threads, restart: 1, ..Pass::default() };
-        let kernel = program.bind(device, &stand_ins(device, &blueprint.key, &shader, &program, &pass)?)?;
+        let kernel = program.bind(device, &stand_ins(device, &blueprint.key(), &shader, &program, &pass)?)?;
         run(device, &kernel, pass.lanes / GROUP)?;
         Ok(Self { blueprint, device: device.device.clone(), shader, program })
     }
@@ -59,15 +57,11 @@ fn stand_ins(
     let state = RecordLayout::of(shader, path_kernel(key).1).map_or(256, |l| l.span);
     let states = u64::from(pass.lanes) * u64::from(state);
     let mut resources = Resources::new();
-    for Binding { name, ty, .. } in program.bindings() {
-        let resource = match ty {
-            wgpu::BindingType::StorageTexture { .. } => Resource::Image(up.image::<u8>(name, &[])?),
-            wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, .. } if name == "pass_info" => {
-                Resource::Buffer(up.buffer(name, &[*pass], U::UNIFORM)?)
-            }
-            wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, .. } => {
-                Resource::Buffer(up.zeros(name, BYTES, U::UNIFORM)?)
-            }
+    for Binding { name, access, .. } in program.bindings() {
+        let resource = match access {
+            Access::ReadOnlyImage => Resource::Image(up.image::<u8>(name, &[])?),
+            Access::Uniform if name == "pass_info" => Resource::Buffer(up.buffer(name, &[*pass], U::UNIFORM)?),
+            Access::Uniform => Resource::Buffer(up.zeros(name, BYTES, U::UNIFORM)?),
             _ => Resource::Buffer(up.zeros(name, states.max(BYTES), U::STORAGE)?),
         };
         resources.insert(name.clone().into(), resource);

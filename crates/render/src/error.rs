@@ -1,8 +1,7 @@
 //! What can go wrong between a scene and its pixels, in sentences.
 
-use surelight_accel::AccelError;
 use surelight_film::FilmError;
-use surelight_scene::SceneError;
+use surelight_prepare::PrepareError;
 
 /// An error of the driver or of a compiler.
 pub(crate) type Source = Box<dyn std::error::Error + Send + Sync>;
@@ -16,9 +15,6 @@ pub enum RenderError {
         "no graphics adapter was found: install a Vulkan, Metal or DX12 driver (on Linux, ./setup.sh installs a software one)"
     )]
     NoAdapter,
-    /// Parts of a kernel that exclude one another: a defect of this crate, or a blueprint of a caller.
-    #[error("the kernel cannot be made: {0}")]
-    Kernel(#[from] crate::kernel_key::KeyError),
     /// None that was asked for.
     #[error("no adapter matches \"{wanted}\"; there is: {available}")]
     UnknownAdapter {
@@ -74,15 +70,11 @@ pub enum RenderError {
         /// What is missing.
         message: String,
     },
-    /// A shader did not compose or validate: a defect of this program.
-    #[error("Surelight has a defect, please report it: the shader {root} does not compile: {message}")]
-    Shader {
-        /// Root module.
-        root: String,
-        /// The compiler's message, with the lines of the source where there are some.
-        message: String,
-        /// The compiler's error; none where a resource is missing.
-        source: Option<Source>,
+    /// A kernel binds something that the host does not have: a defect of this program.
+    #[error("Surelight has a defect, please report it: the host has no resource \"{name}\" that a kernel binds")]
+    Binding {
+        /// Name of the resource.
+        name: String,
     },
     /// The film is of another image than the view.
     #[error(
@@ -105,10 +97,7 @@ pub enum RenderError {
     /// The film refused what was traced.
     #[error("what was traced does not fit the film: {0}")]
     Film(#[from] FilmError),
-    /// The scene is not valid.
+    /// The scene cannot be prepared.
     #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The scene could not be made into a BVH.
-    #[error(transparent)]
-    Accel(#[from] AccelError),
+    Prepare(#[from] PrepareError),
 }

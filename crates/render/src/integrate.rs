@@ -8,13 +8,12 @@ use std::time::{Duration, Instant};
 use bytemuck::{Pod, Zeroable};
 use surelight_estimate::{Rule, RuleError};
 
+use surelight_prepare::{Constant, KernelKey, Points, Sampler, compose_with};
+
 use crate::{
-    compose::{Constant, compose_with},
     device::Device,
     error::RenderError,
     kernel::{Checks, Kernel, Resource, Resources},
-    kernel_key::{KernelKey, Points},
-    prepare::Sampler,
     upload::Uploader,
 };
 
@@ -280,7 +279,7 @@ mod tests {
     use std::mem::offset_of;
 
     use super::*;
-    use crate::reflect::RecordLayout;
+    use surelight_prepare::RecordLayout;
 
     #[test]
     fn every_dimension_composes_and_the_task_is_laid_out_alike() {

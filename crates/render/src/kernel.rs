@@ -2,12 +2,9 @@
 
 use std::{borrow::Cow, collections::HashMap};
 
-use crate::{
-    compose::Composed,
-    device::Device,
-    error::RenderError,
-    reflect::{Binding, bindings},
-};
+use surelight_prepare::{Access, Binding, Composed, bindings};
+
+use crate::{device::Device, error::RenderError};
 
 /// Something that can be bound, by its name in the shader.
 pub(crate) enum Resource {
@@ -136,7 +133,26 @@ fn shader_module(device: &wgpu::Device, wgsl: &str, checks: Checks) -> wgpu::Sha
 }
 
 fn layout_entry(b: &Binding) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { binding: b.binding, visibility: wgpu::ShaderStages::COMPUTE, ty: b.ty, count: None }
+    wgpu::BindGroupLayoutEntry {
+        binding: b.binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: binding_type(b.access),
+        count: None,
+    }
+}
+
+fn binding_type(access: Access) -> wgpu::BindingType {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    match access {
+        Access::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+        Access::ReadOnlyStorage => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        Access::Storage => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        Access::ReadOnlyImage => wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::ReadOnly,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+        },
+    }
 }
 
 fn group_entry<'a>(b: &Binding, resources: &'a Resources) -> Result<wgpu::BindGroupEntry<'a>, RenderError> {
@@ -144,8 +160,7 @@ fn group_entry<'a>(b: &Binding, resources: &'a Resources) -> Result<wgpu::BindGr
         Some(Resource::Buffer(buffer)) => buffer.as_entire_binding(),
         Some(Resource::Image(view)) => wgpu::BindingResource::TextureView(view),
         None => {
-            let message = format!("the host has no resource \"{}\"", b.name);
-            return Err(RenderError::Shader { root: "bindings".into(), message, source: None });
+            return Err(RenderError::Binding { name: b.name.clone() });
         }
     };
     Ok(wgpu::BindGroupEntry { binding: b.binding, resource })

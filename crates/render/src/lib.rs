@@ -6,24 +6,18 @@
 
 mod adaptive;
 mod ahead;
-mod batches;
-mod compose;
 mod device;
 mod dispatch;
 mod error;
-mod images;
 mod integrate;
 mod kernel;
-mod kernel_key;
 mod noise;
 mod particles;
 mod pass;
 mod precise;
-mod prepare;
 mod probe;
 mod progression;
 mod progressive;
-mod reflect;
 mod renderer;
 mod resources;
 mod schedule;
@@ -34,24 +28,23 @@ mod twins;
 mod upload;
 
 pub use ahead::Ahead;
-pub use compose::{Composed, Constant, compose, compose_modules, shader_modules};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
 pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
 pub use kernel::Checks;
-pub use kernel_key::{
-    CameraModel, Estimator, KernelKey, KeyError, Origin, Part, Parts, Points, Row, Surroundings, TABLE,
-};
-pub use prepare::{
-    Blueprint, Cut, Directions, Instrument, Integrator, Prepared, Sampler, Settings, SharedPaths, Unreachable,
-    material_fields, may_have_caustics, sheen_albedos,
-};
 pub use probe::{Probe, run_probe};
 pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};
-pub use reflect::RecordLayout;
 pub use renderer::Renderer;
-pub use schedule::{Counts, Observer, path_kernel};
+pub use schedule::{Counts, Observer};
 pub use standing::Standing;
 pub use trial::{Trial, best_trial, judge_trials};
 pub use twins::host_layouts;
+
+// What is rendered is part of this crate's interface.
+pub use surelight_prepare::{
+    Blueprint, CameraModel, Composed, Constant, Cut, Directions, Estimator, Instrument, Integrator, KernelKey,
+    KeyError, Origin, Part, Parts, Points, PrepareError, Prepared, RecordLayout, Row, Sampler, Settings, SharedPaths,
+    Surroundings, TABLE, Unreachable, compose, compose_modules, material_fields, may_have_caustics, path_kernel,
+    shader_modules, sheen_albedos,
+};

@@ -2,7 +2,7 @@
 
 use surelight_film::Film;
 
-use crate::prepare::luminance;
+use surelight_prepare::luminance;
 
 /// Added to a pixel's squared mean, as a share of the picture's: dark pixels do not decide.
 const FLOOR: f64 = 0.01;

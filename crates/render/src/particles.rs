@@ -9,17 +9,15 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use surelight_film::BatchSum;
 
+use surelight_prepare::{KernelKey, Prepared, RecordLayout, compose};
+
 use crate::{
     adaptive::Shares,
-    compose::compose,
     device::Device,
     dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
     kernel::{Checks, Kernel, Resource, Resources},
-    kernel_key::KernelKey,
     pass::{EmissionPass, GROUP, Run, Tile},
-    prepare::Prepared,
-    reflect::RecordLayout,
     schedule::{Counts, Observer},
     upload::{MIB, Uploader},
 };
@@ -84,9 +82,9 @@ impl Particles {
         checks: Checks,
     ) -> Result<Option<(Self, String)>, RenderError> {
         use wgpu::BufferUsages as U;
-        let Some(caustics) = &prepared.caustics else { return Ok(None) };
+        let Some(tracing) = prepared.light_tracing() else { return Ok(None) };
         let shader = compose(EMIT_KERNEL, key, &prepared.constants())?;
-        let [width, height] = prepared.view.size.map(u64::from);
+        let [width, height] = prepared.view().size.map(u64::from);
         let room = (width * height).min(device.info.max_binding / SPLAT_BYTES).max(1);
         let wanted = if device.info.is_cpu { CPU_LANES_A_THREAD.saturating_mul(threads) } else { GPU_LANES };
         let lanes = wanted.next_multiple_of(GROUP * threads);
@@ -107,10 +105,10 @@ impl Particles {
             room,
             lanes,
             threads,
-            size: prepared.view.size,
+            size: prepared.view().size,
             one_scramble: key.is_one_sequence(),
-            usual: caustics.usual,
-            samples_per_particle: caustics.samples_per_particle.into(),
+            usual: tracing.usual,
+            samples_per_particle: tracing.samples_per_particle.into(),
         };
         Ok(Some((particles, shader.wgsl)))
     }

@@ -11,8 +11,9 @@
 
 use surelight_film::{Film, Precision};
 
+use surelight_prepare::Batches;
+
 use crate::{
-    batches::Batches,
     error::RenderError,
     progression::{Outcome, Progression, Watch},
 };

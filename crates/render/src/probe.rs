@@ -3,12 +3,12 @@
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
+use surelight_prepare::{Prepared, compose};
+
 use crate::{
-    compose::compose,
     device::Device,
     error::RenderError,
     kernel::{Checks, Kernel, Resource},
-    prepare::Prepared,
     resources::scene_resources,
     upload::Uploader,
 };
@@ -47,7 +47,7 @@ impl<'a> Probe<'a> {
         let shader = compose(root, &key, &prepared.constants())?;
         let mut up = Uploader::new(device);
         let mut resources = scene_resources(&mut up, prepared, &key, &shader)?;
-        let view = up.buffer("the view", &[prepared.view], U::UNIFORM)?;
+        let view = up.buffer("the view", &[prepared.view()], U::UNIFORM)?;
         let size = (results * size_of::<R>()) as u64;
         let input = up.buffer("the queries", queries, U::STORAGE | U::COPY_DST)?;
         let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;

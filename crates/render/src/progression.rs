@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use surelight_film::Film;
 
-use crate::{batches::Batches, error::RenderError, renderer::Renderer, schedule::Counts, standing::Standing};
+use surelight_prepare::Batches;
+
+use crate::{error::RenderError, renderer::Renderer, schedule::Counts, standing::Standing};
 
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
 const SHORT: f64 = 2.0;

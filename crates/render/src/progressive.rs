@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use surelight_film::{Film, Precision};
 
+use surelight_prepare::Batches;
+
 use crate::{
-    batches::Batches,
     error::RenderError,
     precise,
     progression::{Keeper, Outcome, Progression, Watch},

@@ -4,21 +4,19 @@ use std::time::{Duration, Instant};
 
 use surelight_film::{Features as FilmFeatures, Film, FilmError, Window};
 
+use surelight_prepare::{KernelKey, Part, Prepared, RecordLayout, View, compose, path_kernel};
+
 use crate::{
     adaptive::{LOOK, LOOK_SEED, Shares, least_share},
     ahead::Ahead,
-    compose::compose,
     device::Device,
     dispatch::{Dispatcher, LONGEST, Sliced},
     error::RenderError,
     kernel::{Checks, Kernel, Program, Resource},
-    kernel_key::{KernelKey, Part},
     particles::Particles,
     pass::{FeaturePixel, GROUP, Pass, Run, Tile},
-    prepare::{Prepared, View},
-    reflect::RecordLayout,
     resources::scene_resources,
-    schedule::{Counts, Observer, PATH_ENTRY, cpu_threads, path_kernel, side, usual_lanes},
+    schedule::{Counts, Observer, PATH_ENTRY, cpu_threads, side, usual_lanes},
     upload::Uploader,
 };
 
@@ -93,8 +91,8 @@ impl<'a> Renderer<'a> {
         ahead: Option<Ahead>,
     ) -> Result<Self, RenderError> {
         let started = Instant::now();
-        let blueprint = prepared.blueprint().on(device);
-        let key = blueprint.key;
+        let blueprint = prepared.blueprint().on_images(device.reads_images());
+        let key = blueprint.key();
         let side = side(&key);
         let (shader, program) = match ahead.filter(|ahead| ahead.is_of(device, &blueprint)) {
             Some(ahead) => (ahead.shader, ahead.program),
@@ -110,7 +108,7 @@ impl<'a> Renderer<'a> {
         let uploading = Instant::now();
         let mut resources = scene_resources(&mut up, prepared, &key, &shader)?;
         let upload_seconds = uploading.elapsed().as_secs_f64();
-        let [width, height] = prepared.view.size;
+        let [width, height] = prepared.view().size;
         let threads = if device.info.is_cpu { cpu_threads() } else { 1 };
         let state_bytes = RecordLayout::of(&shader, path_kernel(&key).1).map_or(256, |l| l.span);
         let lane_limit = (device.info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
@@ -126,7 +124,7 @@ impl<'a> Renderer<'a> {
         use wgpu::BufferUsages as U;
         let storage = U::STORAGE | U::COPY_SRC | U::COPY_DST;
         let lanes = u64::from(most_lanes);
-        let view = up.buffer("the view", &[prepared.view], U::UNIFORM | U::COPY_DST)?;
+        let view = up.buffer("the view", &[prepared.view()], U::UNIFORM | U::COPY_DST)?;
         let pass_buffer = up.buffer("the pass", &[Pass::default()], U::UNIFORM | U::COPY_DST)?;
         let dispatcher = Dispatcher::new(device, &mut up, &mut resources)?;
         let states = up.zeros("path states", lanes * u64::from(state_bytes), U::STORAGE)?;
@@ -185,7 +183,7 @@ impl<'a> Renderer<'a> {
             threads,
             most_lanes,
             walks: 1,
-            seed: prepared.view.seed,
+            seed: prepared.view().seed,
             most_batches,
             counts: Counts::default(),
         };

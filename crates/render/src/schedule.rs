@@ -1,9 +1,8 @@
 //! How work is cut for a device: which path kernel, how many lanes at once; and what is counted of it.
 
-use crate::{device::Device, kernel_key::KernelKey};
+use surelight_prepare::KernelKey;
 
-const PATH_KERNEL: &str = "package::kernel::path";
-const BLOCK_KERNEL: &str = "package::kernel::blocks";
+use crate::device::Device;
 
 /// Entry point of both path kernels.
 pub(crate) const PATH_ENTRY: &str = "trace_paths";
@@ -40,11 +39,6 @@ pub struct Counts {
 
 /// Asked between dispatches: whether to go on.
 pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
-
-/// Root module of the path kernel, and the record that it keeps between dispatches.
-pub fn path_kernel(key: &KernelKey) -> (&'static str, &'static str) {
-    if key.reuses_paths() { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
-}
 
 /// Pixels along a side of the square that a lane works on.
 pub(crate) fn side(key: &KernelKey) -> u32 {

@@ -1,6 +1,6 @@
 //! Where a render stands.
 
-use crate::batches::Batches;
+use surelight_prepare::Batches;
 
 /// Where a render stands: what it takes to go on with it, beside the film. The default is its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

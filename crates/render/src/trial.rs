@@ -2,10 +2,9 @@
 
 use surelight_film::Film;
 
-use crate::{
-    noise,
-    prepare::{Integrator, luminance},
-};
+use surelight_prepare::{Integrator, luminance};
+
+use crate::noise;
 
 /// How an integrator did.
 #[derive(Clone, Copy, Debug, PartialEq)]

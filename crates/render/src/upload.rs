@@ -3,7 +3,9 @@
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 
-use crate::{device::Device, error::RenderError, images::IMAGE_WIDTH};
+use surelight_prepare::IMAGE_WIDTH;
+
+use crate::{device::Device, error::RenderError};
 
 pub(crate) const MIB: u64 = 1 << 20;
 

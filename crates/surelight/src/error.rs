@@ -123,6 +123,12 @@ pub(crate) enum Error {
     Print(std::io::Error),
 }
 
+impl From<surelight_render::PrepareError> for Error {
+    fn from(error: surelight_render::PrepareError) -> Self {
+        Self::Render(error.into())
+    }
+}
+
 /// Every file that could not be written with its cause, then all that were.
 fn outputs_sentence(failed: &[WriteError], saved: &[PathBuf], checkpoint: Option<&Path>) -> String {
     let failed: Vec<_> = failed

@@ -62,7 +62,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 15,
         mistake: "an eighth of the stack that there should be",
-        file: "crates/render/src/prepare/blueprint.rs",
+        file: "crates/prepare/src/blueprint.rs",
         from: "value: self.stack }",
         to: "value: self.stack / 8 }",
         binary: BINARY,

@@ -35,7 +35,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 4,
         mistake: "the scene's origin instead of the camera's",
-        file: "crates/render/src/prepare/mod.rs",
+        file: "crates/prepare/src/prepared.rs",
         from: "Accel::build(scene, camera.to_world.translation, &build)",
         to: "Accel::build(scene, camera.to_world.translation * 0.0, &build)",
         binary: BINARY,

@@ -9,18 +9,20 @@ use super::Settings;
 /// Twin of `View` in `shaders/scene/view.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct View {
+pub struct View {
     pub(crate) origin: [f32; 3],
     pub(crate) lens_radius: f32,
     pub(crate) right: [f32; 3],
     pub(crate) focus: f32,
     pub(crate) up: [f32; 3],
-    pub(crate) seed: u32,
+    /// Seed of all samples.
+    pub seed: u32,
     pub(crate) forward: [f32; 3],
     pub(crate) max_bounces: u32,
     pub(crate) environment: [f32; 3],
     pub(crate) environment_rotation: f32,
-    pub(crate) size: [u32; 2],
+    /// Pixels a row and rows.
+    pub size: [u32; 2],
     pub(crate) environment_size: [u32; 2],
     pub(crate) environment_probability: f32,
     pub(crate) light_density: f32,

@@ -3,7 +3,7 @@
 use surelight_scene::Scene;
 
 use super::attributes::AttributeLayout;
-use crate::{compose::Constant, device::Device, kernel_key::KernelKey};
+use crate::{compose::Constant, kernel_key::KernelKey};
 
 /// What a path kernel is made from: two of the same blueprint are the same program.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,9 +20,10 @@ impl Blueprint {
         self.key
     }
 
-    /// With what the device decides.
-    pub(crate) fn on(&self, device: &Device) -> Self {
-        Self { key: self.key.on_images(device.reads_images()), constants: self.constants.clone() }
+    /// The same, reading the scene from storage images or from buffers.
+    #[must_use]
+    pub fn on_images(&self, images: bool) -> Self {
+        Self { key: self.key.on_images(images), constants: self.constants.clone() }
     }
 }
 

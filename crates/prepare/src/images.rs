@@ -10,7 +10,7 @@ use std::fmt::Write;
 use naga::{AddressSpace, Scalar, ScalarKind, TypeInner, VectorSize};
 
 /// Texels in a row of an image that stands in for a buffer; 16 bytes each.
-pub(crate) const IMAGE_WIDTH: u32 = 4096;
+pub const IMAGE_WIDTH: u32 = 4096;
 
 /// The same kernel with images instead of arrays. `module` is what naga makes of `wgsl`.
 pub(crate) fn arrays_to_images(wgsl: &str, module: &naga::Module) -> String {

@@ -29,7 +29,7 @@ impl EnvironmentTable {
     /// sampling techniques in multiple importance sampling", section 5).
     pub(crate) fn new(map: &EnvironmentMap, compensated: bool) -> Option<Self> {
         let (width, height) = (map.width as usize, map.height as usize);
-        let luminance: Vec<f64> = map.texels.iter().map(|t| super::luminance(*t)).collect();
+        let luminance: Vec<f64> = map.texels.iter().map(|t| crate::luminance::luminance(*t)).collect();
         let solid_angle = |row: usize| {
             let edge = |r: usize| (PI * r as f64 / height as f64).cos();
             2.0 * PI / width as f64 * (edge(row) - edge(row + 1))

@@ -10,7 +10,7 @@ use super::{
     alias::alias_table,
     casters::Ball,
     environment::EnvironmentTable,
-    lights::{KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
+    lights::{AreaLight, KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
     lobes::transmits,
     luminance,
 };
@@ -124,7 +124,7 @@ pub(super) fn cone_height(ball: &Ball, from: DVec3) -> f64 {
 }
 
 /// About the flux from an area light to the casters.
-fn area_power(scene: &Scene, light: &super::AreaLight, balls: &[Ball]) -> f64 {
+fn area_power(scene: &Scene, light: &AreaLight, balls: &[Ball]) -> f64 {
     let [a, e1, e2] = [light.v0, light.e1, light.e2].map(|v| Vec3::from(v).as_dvec3());
     let across = e1.cross(e2);
     // Not the light's weight: half of that goes to each emitter alike.

@@ -5,12 +5,20 @@ use std::borrow::Cow;
 use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
 use crate::{
-    error::{RenderError, Source},
+    error::{PrepareError, Source},
     images::arrays_to_images,
     kernel_key::{KernelKey, Part, TABLE},
 };
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+const PATH_KERNEL: &str = "package::kernel::path";
+const BLOCK_KERNEL: &str = "package::kernel::blocks";
+
+/// Root module of the path kernel, and the record that it keeps between dispatches.
+pub fn path_kernel(key: &KernelKey) -> (&'static str, &'static str) {
+    if key.reuses_paths() { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
+}
 
 /// A composed and validated shader.
 #[derive(Debug)]
@@ -36,7 +44,7 @@ pub struct Constant {
 ///
 /// `constants` become the module `package::generated`. The result is stripped of everything that the entry points do not
 /// reach, then validated by naga.
-pub fn compose(root: &str, key: &KernelKey, constants: &[Constant]) -> Result<Composed, RenderError> {
+pub fn compose(root: &str, key: &KernelKey, constants: &[Constant]) -> Result<Composed, PrepareError> {
     compose_with(root, key, constants, None)
 }
 
@@ -51,18 +59,18 @@ pub fn compose_modules(
     key: &KernelKey,
     constants: &[Constant],
     modules: &[(&str, String)],
-) -> Result<Composed, RenderError> {
+) -> Result<Composed, PrepareError> {
     let modules = modules.iter().map(|(path, source)| (*path, source.as_str()));
     compose_all(root, key, constants, modules)
 }
 
 /// Likewise, with a module more, given as its path and source.
-pub(crate) fn compose_with(
+pub fn compose_with(
     root: &str,
     key: &KernelKey,
     constants: &[Constant],
     more: Option<(&str, &str)>,
-) -> Result<Composed, RenderError> {
+) -> Result<Composed, PrepareError> {
     compose_all(root, key, constants, MODULES.iter().copied().chain(more))
 }
 
@@ -71,7 +79,7 @@ fn compose_all<'a>(
     key: &KernelKey,
     constants: &[Constant],
     modules: impl Iterator<Item = (&'a str, &'a str)>,
-) -> Result<Composed, RenderError> {
+) -> Result<Composed, PrepareError> {
     let generated = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value)).collect::<String>();
     let mut resolver = VirtualResolver::new();
     for (path, source) in modules {
@@ -94,12 +102,12 @@ fn compose_all<'a>(
     validate(root, arrays_to_images(&wgsl, &module))
 }
 
-fn parse(root: &str, wgsl: &str) -> Result<naga::Module, RenderError> {
+fn parse(root: &str, wgsl: &str) -> Result<naga::Module, PrepareError> {
     naga::front::wgsl::parse_str(wgsl).map_err(|e| defect(root, e.emit_to_string(wgsl), e))
 }
 
 /// Parses and validates plain WGSL.
-fn validate(root: &str, wgsl: String) -> Result<Composed, RenderError> {
+fn validate(root: &str, wgsl: String) -> Result<Composed, PrepareError> {
     let module = parse(root, &wgsl)?;
     let capabilities = naga::valid::Capabilities::default();
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
@@ -108,10 +116,10 @@ fn validate(root: &str, wgsl: String) -> Result<Composed, RenderError> {
     Ok(Composed { wgsl, module, info })
 }
 
-fn module_path(text: &str) -> Result<ModulePath, RenderError> {
+fn module_path(text: &str) -> Result<ModulePath, PrepareError> {
     text.parse::<ModulePath>().map_err(|e| defect(text, e.to_string(), e))
 }
 
-fn defect(root: &str, message: String, source: impl Into<Source>) -> RenderError {
-    RenderError::Shader { root: root.into(), message, source: Some(source.into()) }
+fn defect(root: &str, message: String, source: impl Into<Source>) -> PrepareError {
+    PrepareError::Shader { root: root.into(), message, source: Some(source.into()) }
 }

@@ -13,15 +13,15 @@ fn power_of_two(n: u32) -> u32 {
 
 /// The sizes of batches, which follow from the samples planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Batches {
+pub struct Batches {
     /// Samples a pixel that are planned: a full batch is 1/16 of them, rounded down to a power of two. Without a plan, batches
     /// grow with what is done, so that there are never fewer than 16 that count.
-    pub(crate) planned: Option<u32>,
+    pub planned: Option<u32>,
 }
 
 impl Batches {
     /// Samples of a full batch when `done` samples a pixel are done.
-    pub(crate) fn full(self, done: u32) -> u32 {
+    pub fn full(self, done: u32) -> u32 {
         power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
     }
 
@@ -29,14 +29,14 @@ impl Batches {
     ///
     /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to save when the render is
     /// interrupted, however many samples it was to have. What is left over at the end makes a shorter batch.
-    pub(crate) fn next(self, done: u32, until: Option<u32>) -> u32 {
+    pub fn next(self, done: u32, until: Option<u32>) -> u32 {
         let left = until.map_or(u32::MAX, |until| until.saturating_sub(done));
         self.full(done).min(power_of_two(done)).min(left)
     }
 
     /// The batches that end around a sample: where the last one up to it ends, how many there are until there, and where the next
     /// one ends, when `planned` samples are wanted.
-    pub(crate) fn around(self, sample: u32) -> ([u32; 2], u32) {
+    pub fn around(self, sample: u32) -> ([u32; 2], u32) {
         let (mut done, mut count) = (0, 0);
         loop {
             let samples = self.next(done, self.planned);
@@ -48,7 +48,7 @@ impl Batches {
     }
 
     /// How many batches of the next one's size follow on each other.
-    pub(crate) fn run(self, done: u32, until: Option<u32>) -> u32 {
+    pub fn run(self, done: u32, until: Option<u32>) -> u32 {
         let samples = self.next(done, until);
         if samples == 0 || samples < self.full(done) {
             return 1;

@@ -64,46 +64,55 @@ impl<'a> RecordWriter<'a> {
     }
 }
 
-/// A resource that a shader binds.
-pub(crate) struct Binding {
-    pub(crate) name: String,
-    pub(crate) group: u32,
-    pub(crate) binding: u32,
-    pub(crate) ty: wgpu::BindingType,
+/// How a shader accesses a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// A uniform buffer.
+    Uniform,
+    /// A storage buffer that is only read.
+    ReadOnlyStorage,
+    /// A storage buffer.
+    Storage,
+    /// A two-dimensional storage image of `rgba32uint` texels that is only read.
+    ReadOnlyImage,
 }
 
-/// Every resource that the shader still mentions after stripping.
-pub(crate) fn bindings(shader: &Composed) -> Vec<Binding> {
+/// A resource that a shader binds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Name of the variable.
+    pub name: String,
+    /// Bind group.
+    pub group: u32,
+    /// Binding in the group.
+    pub binding: u32,
+    /// How the shader accesses it.
+    pub access: Access,
+}
+
+/// Every resource that the shader still mentions after stripping, by group and binding.
+pub fn bindings(shader: &Composed) -> Vec<Binding> {
     let mut found: Vec<Binding> = shader
         .module
         .global_variables
         .iter()
         .filter_map(|(_, global)| {
             let at = global.binding.as_ref()?;
-            let ty = binding_type(&shader.module, global)?;
-            Some(Binding { name: global.name.clone()?, group: at.group, binding: at.binding, ty })
+            let access = access(&shader.module, global)?;
+            Some(Binding { name: global.name.clone()?, group: at.group, binding: at.binding, access })
         })
         .collect();
     found.sort_by_key(|b| (b.group, b.binding));
     found
 }
 
-fn binding_type(module: &naga::Module, global: &naga::GlobalVariable) -> Option<wgpu::BindingType> {
-    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+fn access(module: &naga::Module, global: &naga::GlobalVariable) -> Option<Access> {
     Some(match global.space {
-        naga::AddressSpace::Uniform => buffer(wgpu::BufferBindingType::Uniform),
-        naga::AddressSpace::Storage { access } => {
-            let read_only = !access.contains(naga::StorageAccess::STORE);
-            buffer(wgpu::BufferBindingType::Storage { read_only })
-        }
+        naga::AddressSpace::Uniform => Access::Uniform,
+        naga::AddressSpace::Storage { access } if access.contains(naga::StorageAccess::STORE) => Access::Storage,
+        naga::AddressSpace::Storage { .. } => Access::ReadOnlyStorage,
         naga::AddressSpace::Handle => match module.types[global.ty].inner {
-            naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => {
-                wgpu::BindingType::StorageTexture {
-                    access: wgpu::StorageTextureAccess::ReadOnly,
-                    format: wgpu::TextureFormat::Rgba32Uint,
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                }
-            }
+            naga::TypeInner::Image { class: naga::ImageClass::Storage { .. }, .. } => Access::ReadOnlyImage,
             _ => return None,
         },
         _ => return None,

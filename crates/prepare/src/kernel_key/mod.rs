@@ -11,7 +11,7 @@ use std::fmt;
 pub use self::parts::Parts;
 pub use self::table::{Origin, Part, Row, TABLE};
 
-use crate::prepare::{Directions, Sampler};
+use crate::settings::{Directions, Sampler};
 
 /// How paths are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -194,7 +194,7 @@ impl KernelKey {
     }
 
     /// A kernel that samples points and nothing else.
-    pub(crate) fn of_points(points: Points) -> Self {
+    pub fn of_points(points: Points) -> Self {
         Self { points, ..Self::default() }
     }
 

@@ -1,70 +1,32 @@
-//! A scene made ready for the device: BVH, lights, textures, records, and the features that its kernel needs.
-
-mod alias;
-mod attributes;
-mod blueprint;
-mod casters;
-mod caustics;
-mod clip;
-mod emitters;
-mod environment;
-mod instances;
-mod interreflection;
-mod light_flow;
-mod light_tree;
-mod lights;
-mod lobes;
-mod materials;
-mod media;
-mod microfacets;
-mod octahedral;
-mod parallelograms;
-mod settings;
-mod sheen;
-mod slots;
-mod textures;
-mod unreachable;
-mod view;
+//! A scene made ready for a device: BVH, lights, textures, records, and the key of its kernel.
 
 use std::{borrow::Cow, collections::BTreeSet};
 
 use surelight_accel::{Accel, Item, item::Kind};
-use surelight_scene::{AlphaMode, Camera, Environment, Projection, Scene};
+use surelight_scene::{Camera, Environment, Scene};
 
-use self::{
+use crate::{
     attributes::AttributeLayout,
-    blueprint::Room,
-    caustics::{Caustics, NOTHING_SMOOTH},
-    clip::Planes,
+    blueprint::{Blueprint, Room},
+    casters,
+    caustics::Caustics,
+    choice::{choose, least_interreflection, may_share_paths, refusal},
+    clip::{Cut, Planes},
+    compose::Constant,
     environment::EnvironmentTable,
+    error::PrepareError,
+    interreflection,
+    kernel_key::{Estimator, KernelKey, Part},
     light_flow::{FlowInput, LightFlow},
     lights::{LightKinds, Lights},
-    lobes::{
-        has_alpha_volume, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
-        is_pane, sends_through, transmits,
-    },
-    materials::PreparedMaterial,
-    slots::Slot,
-    textures::Textures,
-    unreachable::Eye,
-};
-use crate::{
-    compose::Constant,
-    error::RenderError,
-    kernel_key::{CameraModel, Estimator, KernelKey, Part, Parts, Points, Surroundings},
+    luminance::luminance,
+    materials::{self, PreparedMaterial},
+    media,
+    needs::{Found, decide, is_smooth_pane, may_be_smooth},
     reflect::RecordLayout,
-};
-
-pub(crate) use self::microfacets::facet_albedos;
-pub use self::settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
-pub use self::{
-    blueprint::Blueprint, clip::Cut, materials::material_fields, sheen::sheen_albedos, unreachable::Unreachable,
-};
-pub(crate) use self::{
-    instances::InstanceRows,
-    light_tree::{LightNode, LightPath},
-    lights::{AreaLight, LightEntry, PunctualLight},
-    textures::TextureUse,
+    settings::{Integrator, Settings, SharedPaths},
+    textures::Textures,
+    unreachable::{self, Eye, Unreachable},
     view::View,
 };
 
@@ -100,7 +62,7 @@ pub struct Prepared {
 
 impl Prepared {
     /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
-    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, RenderError> {
+    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, PrepareError> {
         Ok(Self::with_work(scene, camera, settings, |_| ())?.0)
     }
 
@@ -111,7 +73,7 @@ impl Prepared {
         camera: &Camera,
         settings: &Settings,
         work: impl FnOnce(&Blueprint) -> T,
-    ) -> Result<(Self, T), RenderError> {
+    ) -> Result<(Self, T), PrepareError> {
         // What follows indexes without checks.
         scene.validate()?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
@@ -364,7 +326,7 @@ impl Tables {
         settings: &Settings,
         used: &BTreeSet<usize>,
         cut: Cut,
-    ) -> Result<Blueprint, RenderError> {
+    ) -> Result<Blueprint, PrepareError> {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),
             _ => 0.0,
@@ -416,182 +378,4 @@ fn sampled_sky(environment: Option<&EnvironmentTable>, settings: &Settings, scal
     // Whitted sends shadow rays to lights with a middle; an environment has none.
     let sampled = environment.filter(|_| settings.integrator != Integrator::Whitted);
     sampled.map(|e| e.total * scale).filter(|&e| e > 0.0)
-}
-
-/// What lights, trees and tables say of a scene.
-struct Found {
-    lights: LightKinds,
-    environment_map: bool,
-    instances: bool,
-    /// Whether the camera's near or far plane cuts something off.
-    clipped: bool,
-    /// Whether volumes overlap.
-    nested: bool,
-}
-
-/// What the scene needs, and no more. Reuse of paths and light tracing are decided later.
-fn decide(
-    scene: &Scene,
-    camera: &Camera,
-    settings: &Settings,
-    materials: &[&PreparedMaterial],
-    found: &Found,
-) -> Result<KernelKey, RenderError> {
-    let any = |test: &dyn Fn(&surelight_scene::Material) -> bool| materials.iter().any(|m| test(&m.material));
-    let placed = || scene.instances.iter().map(|i| &scene.meshes[i.mesh]);
-    let absorbs = |m: &surelight_scene::Material| {
-        m.volume.is_some_and(|v| v.attenuation_distance.is_finite() && v.attenuation_color.iter().any(|&c| c < 1.0))
-    };
-    let whitted = settings.integrator == Integrator::Whitted;
-    // Paths of no bounce sample no light.
-    let sampled = |kind: bool| kind && settings.max_bounces != Some(0);
-    let glossy = any(&is_glossy);
-    let needs = [
-        (found.instances, Part::Instances),
-        (placed().any(|m| m.normals.is_some()), Part::VertexNormals),
-        (placed().any(|m| m.colors.is_some()), Part::VertexColors),
-        (any(&|m| m.alpha_mode != AlphaMode::Opaque), Part::Alpha),
-        (glossy, Part::Ggx),
-        (any(&|m| !m.unlit && m.metallic > 0.0), Part::Metal),
-        // Whitted takes all that is nearly smooth for a mirror.
-        (materials.iter().any(|m| may_be_smooth(m)) || whitted && glossy, Part::DeltaLobes),
-        (any(&transmits), Part::Transmission),
-        (any(&is_dispersive), Part::Dispersion),
-        (any(&sends_through), Part::DiffuseTransmission),
-        (any(&is_anisotropic), Part::Anisotropy),
-        (any(&has_film), Part::Iridescence),
-        (any(&is_fibrous), Part::Sheen),
-        (any(&is_coated), Part::Clearcoat),
-        (any(&|m| transmits(m) && absorbs(m)), Part::Volume),
-        (found.nested, Part::Nested),
-        (any(&has_alpha_volume), Part::VolumeAlpha),
-        (!whitted && materials.iter().any(|m| is_smooth_pane(m)), Part::Panes),
-        (any(&|m| m.unlit), Part::Unlit),
-        (any(&|m| m.is_emissive()), Part::Emission),
-        (sampled(found.lights.any), Part::LightSampling),
-        (sampled(found.lights.area), Part::AreaLights),
-        (sampled(found.lights.tree), Part::LightTree),
-        (sampled(found.lights.punctual), Part::PunctualLights),
-        (found.clipped, Part::CameraClip),
-        (settings.multiple_scattering && glossy, Part::MultipleScattering),
-        (settings.max_radiance.is_some(), Part::ClampRadiance),
-        (settings.adaptive, Part::Adaptive),
-        (settings.transparent, Part::Transparent),
-    ];
-    let slots = Slot::ALL.into_iter().map(|slot| (materials.iter().any(|m| m.has(slot)), slot.part()));
-    let parts: Parts = needs.into_iter().chain(slots).filter(|(needed, _)| *needed).map(|(_, part)| part).collect();
-    let method = match settings.integrator {
-        Integrator::Hemisphere(directions) => Estimator::Hemisphere(directions),
-        Integrator::Area => Estimator::Area,
-        Integrator::Whitted => Estimator::Whitted,
-        Integrator::Mis | Integrator::Caustics | Integrator::Auto => Estimator::Mis,
-    };
-    let has_aperture = settings.aperture.is_some_and(|aperture| aperture > 0.0);
-    let camera = match camera.projection {
-        _ if settings.receiver => CameraModel::Receiver,
-        Projection::Orthographic { .. } => CameraModel::Orthographic,
-        Projection::Perspective { .. } if has_aperture => CameraModel::ThinLens,
-        Projection::Perspective { .. } => CameraModel::Pinhole,
-    };
-    let surroundings = match &scene.environment {
-        _ if found.environment_map => Surroundings::Map,
-        Some(Environment::Uniform(radiance)) if radiance.iter().any(|&c| c > 0.0) => Surroundings::Uniform,
-        _ => Surroundings::Black,
-    };
-    let points = Points::new(settings.sampler, settings.one_scramble);
-    Ok(KernelKey::new(method, points, camera, surroundings, parts)?)
-}
-
-/// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`] traces it from the lights.
-const MAX_MISSING: f64 = 1e-3;
-
-/// Shares below this are none.
-const MIN_DELTA_SHARE: f64 = 1e-4;
-
-/// From this relative variance per sample on, tracing light from the lights pays for itself (docs/performance.md), and from the second
-/// where neighbours would share paths instead.
-const MIN_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
-
-/// What [`Integrator::Auto`] stands for, and why. `shares`: whether neighbours would share paths without particles.
-fn choose(flow: &LightFlow, refused: Option<&'static str>, shares: impl FnOnce() -> bool) -> (Integrator, String) {
-    let percent = |share: f64| format!("{:.*} %", usize::from(share < 0.1), 100.0 * share);
-    let share = percent(flow.delta_share);
-    if refused == Some(NOTHING_SMOOTH) {
-        return (Integrator::Mis, NOTHING_SMOOTH.into());
-    }
-    if let Some(why) = refused {
-        let share = if flow.delta_share > 0.0 {
-            format!("{share} of the light on surfaces comes by mirrors or smooth glass, but ")
-        } else {
-            String::new()
-        };
-        return (Integrator::Mis, format!("{share}{why}"));
-    }
-    if flow.missing_share >= MAX_MISSING {
-        let missing = percent(flow.missing_share);
-        let why =
-            format!("{missing} of the light on surfaces comes by mirrors or smooth glass from lights without extent");
-        return (Integrator::Caustics, why);
-    }
-    let noise = flow.chance_noise;
-    if flow.delta_share < MIN_DELTA_SHARE {
-        return (Integrator::Mis, "hardly any light comes to surfaces by mirrors or smooth glass".into());
-    }
-    if noise < MIN_CHANCE_NOISE[0] || noise < MIN_CHANCE_NOISE[1] && shares() {
-        let why =
-            format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is easily found by chance");
-        return (Integrator::Mis, why);
-    }
-    (
-        Integrator::Caustics,
-        format!("{share} of the light on surfaces comes by mirrors or smooth glass, and is hardly found by chance"),
-    )
-}
-
-/// Why light cannot be traced from the lights, whatever the scene holds.
-fn refusal(settings: &Settings, key: &KernelKey, cut: Cut) -> Option<&'static str> {
-    if key.has(Part::Volume) && cut.medium {
-        return Some("the camera's near plane cuts an absorbing medium");
-    }
-    let short = settings.max_bounces.is_some_and(|most| most < 2);
-    key.objection(Estimator::LightTracing).or(short.then_some("paths are too short for it"))
-}
-
-/// Whether some surface of a scene may be so smooth that [`Integrator::Caustics`] differs from [`Integrator::Mis`].
-pub fn may_have_caustics(scene: &Scene) -> bool {
-    let mut textures = Textures::default();
-    let smooth = |m: &surelight_scene::Material| may_be_smooth(&PreparedMaterial::new(scene, m, &mut textures));
-    let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
-    used.into_iter().map(|i| &scene.materials[i]).any(smooth)
-}
-
-/// Whether there is something that neighbours can share, and nothing that keeps them from it.
-fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
-    let light = [Part::LightSampling, Part::Emission, Part::EnvironmentUniform, Part::EnvironmentMap];
-    settings.integrator == Integrator::Mis
-        && light.into_iter().any(|part| key.has(part))
-        && settings.max_bounces.is_none_or(|most| most > 1)
-        && key.objection(Estimator::PathReuse).is_none()
-}
-
-/// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
-fn least_interreflection(key: &KernelKey) -> f64 {
-    if key.has(Part::Ggx) { 0.6 } else { 0.35 }
-}
-
-/// Whether light may go straight through some of the surface.
-fn is_smooth_pane(m: &PreparedMaterial) -> bool {
-    is_pane(&m.material, m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
-}
-
-/// Whether α can fall below the kernel's ALPHA_SMOOTH = 1e-4, where lobes are deltas.
-fn may_be_smooth(m: &PreparedMaterial) -> bool {
-    let coat = &m.material.clearcoat;
-    has_facets(&m.material) && (m.material.roughness < 0.0101 || m.has(Slot::MetallicRoughness))
-        || is_coated(&m.material) && (coat.roughness < 0.0101 || m.has(Slot::ClearcoatRoughness))
-}
-
-/// Rec. 709 luminance.
-pub(crate) fn luminance(c: [f32; 3]) -> f64 {
-    0.2126 * f64::from(c[0]) + 0.7152 * f64::from(c[1]) + 0.0722 * f64::from(c[2])
 }
