@@ -213,23 +213,59 @@ impl SceneData {
 }
 
 /// Columns of `data.csv`.
-pub const CSV_COLUMNS: &str = "scene,method,integrator,directions,sampler,scrambles,shared_paths,max_bounces,max_radiance,biased,repeat,spp,batches,\
-rays,paths,device_s,dispatch_s,read_s,film_s,wall_s,cpu_s,mean,mean_se,mean_error,rmse,rel_mse,rel_rmse,predicted_rel_rmse,coverage_95,\
-uncertified,flip,dropped,truncated";
+pub const CSV_COLUMNS: [&str; 33] = [
+    "scene",
+    "method",
+    "integrator",
+    "directions",
+    "sampler",
+    "scrambles",
+    "shared_paths",
+    "max_bounces",
+    "max_radiance",
+    "biased",
+    "repeat",
+    "spp",
+    "batches",
+    "rays",
+    "paths",
+    "device_s",
+    "dispatch_s",
+    "read_s",
+    "film_s",
+    "wall_s",
+    "cpu_s",
+    "mean",
+    "mean_se",
+    "mean_error",
+    "rmse",
+    "rel_mse",
+    "rel_rmse",
+    "predicted_rel_rmse",
+    "coverage_95",
+    "uncertified",
+    "flip",
+    "dropped",
+    "truncated",
+];
 
 impl Data {
-    /// All rows as CSV, a line a checkpoint; a figure that is not known is an empty field.
-    pub fn csv(&self) -> String {
-        let mut text = format!("{CSV_COLUMNS}\n");
+    /// All rows as CSV, one line per checkpoint; an unknown figure is an empty field.
+    ///
+    /// # Errors
+    /// Never in practice: rows of one length are written to memory.
+    pub fn csv(&self) -> Result<Vec<u8>, csv::Error> {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.write_record(CSV_COLUMNS)?;
         for scene in &self.scenes {
             for row in &scene.rows {
                 let method = &scene.methods[row.method];
                 let words = &method.words;
                 let number = |x: f64| format!("{x:.6e}");
                 let maybe = |x: Option<f64>| x.map_or(String::new(), number);
-                let fields = [
-                    quoted(&scene.name),
-                    quoted(&method.name),
+                let fields: [String; CSV_COLUMNS.len()] = [
+                    scene.name.clone(),
+                    method.name.clone(),
                     words.integrator.clone(),
                     words.directions.clone().unwrap_or_default(),
                     words.sampler.clone(),
@@ -262,17 +298,11 @@ impl Data {
                     row.dropped.to_string(),
                     row.truncated.to_string(),
                 ];
-                text += &fields.join(",");
-                text.push('\n');
+                csv.write_record(fields)?;
             }
         }
-        text
+        csv.into_inner().map_err(|error| error.into_error().into())
     }
-}
-
-/// A field that may hold commas or quotes.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 /// A name that can stand in file names and anchors.
@@ -295,8 +325,13 @@ mod tests {
 
     #[test]
     fn fields_with_commas_are_quoted() {
-        assert_eq!(quoted("a,b \"c\""), "\"a,b \"\"c\"\"\"");
-        assert_eq!(quoted("plain"), "plain");
+        let mut scene = crate::testing::synthetic(1, &[1.0], 0.0, 0.0);
+        scene.name = "a,b \"c\"".into();
+        let data = Data { schema: SCHEMA, conditions: Conditions::default(), scenes: vec![scene] };
+        let text = String::from_utf8(data.csv().unwrap()).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], CSV_COLUMNS.join(","));
+        assert!(lines[1].starts_with("\"a,b \"\"c\"\"\",method0/sobol,method0,,sobol,"), "{}", lines[1]);
     }
 
     #[test]

@@ -88,33 +88,37 @@ pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
 }
 
 fn parse(text: &str) -> Result<Vec<Peer>, String> {
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let (_, head) = lines.next().ok_or("is empty")?;
-    let head = fields(head.trim_start_matches('\u{feff}'));
+    let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
+    let head = table.headers().map_err(|e| e.to_string())?.clone();
+    if head.is_empty() {
+        return Err("is empty".into());
+    }
     let column = |name: &str| head.iter().position(|field| field == name);
     let needed = |name: &str| column(name).ok_or_else(|| format!("has no column \"{name}\""));
     let (scene, renderer) = (needed("scene")?, needed("renderer")?);
     let (seconds, rel_mse) = (needed("seconds")?, needed("rel_mse")?);
     let (spp, pixels) = (column("spp"), column("pixels"));
     let mut peers = Vec::new();
-    for (number, line) in lines {
-        let fields = fields(line);
-        let field = |index: usize| fields.get(index).map_or("", String::as_str);
+    let mut record = csv::StringRecord::new();
+    while table.read_record(&mut record).map_err(|e| e.to_string())? {
+        if record.len() == 1 && record[0].is_empty() {
+            continue;
+        }
+        // `record.position()` lies before blank lines and the "\n" of a "\r\n" that precede the record.
+        let read = &text.as_bytes()[..table.position().byte() as usize];
+        let line = 1 + read.trim_ascii_end().iter().filter(|&&byte| byte == b'\n').count();
+        let field = |index: usize| record.get(index).unwrap_or_default();
         let positive = |index: usize, name: &str| match field(index).parse::<f64>() {
             Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-            _ => Err(format!(
-                "has \"{}\" for {name} in line {}; a number above zero is wanted",
-                field(index),
-                number + 1
-            )),
+            _ => Err(format!("has \"{}\" for {name} in line {line}; a number above zero is wanted", field(index))),
         };
         peers.push(Peer {
             scene: field(scene).to_owned(),
             renderer: field(renderer).to_owned(),
             seconds: positive(seconds, "seconds")?,
             rel_mse: positive(rel_mse, "rel_mse")?,
-            spp: whole(spp.map(&field), "spp", number)?,
-            pixels: whole(pixels.map(&field), "pixels", number)?,
+            spp: whole(spp.map(field), "spp", line)?,
+            pixels: whole(pixels.map(field), "pixels", line)?,
         });
     }
     Ok(peers)
@@ -124,27 +128,8 @@ fn parse(text: &str) -> Result<Vec<Peer>, String> {
 fn whole<T: std::str::FromStr>(text: Option<&str>, name: &str, line: usize) -> Result<Option<T>, String> {
     match text {
         None | Some("") => Ok(None),
-        Some(text) => text.parse().map(Some).map_err(|_| format!("has \"{text}\" for {name} in line {}", line + 1)),
+        Some(text) => text.parse().map(Some).map_err(|_| format!("has \"{text}\" for {name} in line {line}")),
     }
-}
-
-/// Fields of a line; those with commas stand in quotes.
-fn fields(line: &str) -> Vec<String> {
-    let (mut fields, mut field, mut quoted) = (Vec::new(), String::new(), false);
-    let mut letters = line.chars().peekable();
-    while let Some(c) = letters.next() {
-        match c {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
-                field.push('"');
-            }
-            '"' => quoted = !quoted,
-            ',' if !quoted => fields.push(std::mem::take(&mut field).trim().to_owned()),
-            _ => field.push(c),
-        }
-    }
-    fields.push(field.trim().to_owned());
-    fields
 }
 
 #[cfg(test)]
@@ -204,6 +189,8 @@ mod tests {
             ("scene,renderer,seconds\n", "no column \"rel_mse\""),
             ("scene,renderer,seconds,rel_mse\nbox,a,-1,1\n", "\"-1\" for seconds in line 2"),
             ("scene,renderer,seconds,rel_mse\nbox,a,1\n", "\"\" for rel_mse"),
+            ("\u{feff} scene,renderer,seconds,rel_mse\r\n\r\nbox,a,1,-\r\n", "\"-\" for rel_mse in line 3"),
+            ("\nscene,renderer,seconds,rel_mse\nbox,a,1,1\n  \n\nbox,a,1,x", "\"x\" for rel_mse in line 6"),
             ("scene,renderer,seconds,rel_mse,spp\nbox,a,1,1,x\n", "\"x\" for spp"),
         ] {
             assert!(parse(text).unwrap_err().contains(words), "{text}");

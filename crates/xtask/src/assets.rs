@@ -21,8 +21,21 @@ const EXTENSIONS: &str = "gltf";
 /// A file of `assets/`: its name and its bytes.
 type File = (String, Vec<u8>);
 
+/// Arguments of `cargo xtask assets`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Fail when a file in assets/ differs from what the code makes, and write nothing
+    #[arg(long)]
+    check: bool,
+}
+
+/// Writes or checks the generated files.
+pub(crate) fn run(folder: &Path, arguments: &Arguments) -> Result<(), String> {
+    if arguments.check { check(folder) } else { write(folder) }
+}
+
 /// Writes every generated file.
-pub(crate) fn write(folder: &Path) -> Result<(), String> {
+fn write(folder: &Path) -> Result<(), String> {
     for (name, bytes) in generate()? {
         let path = folder.join(&name);
         let subfolder = path.parent().unwrap_or(folder);
@@ -34,7 +47,7 @@ pub(crate) fn write(folder: &Path) -> Result<(), String> {
 }
 
 /// Fails when a committed file differs from the generated one, or when a scene lies there that no code makes.
-pub(crate) fn check(folder: &Path) -> Result<(), String> {
+fn check(folder: &Path) -> Result<(), String> {
     let files = generate()?;
     let mut wrong = Vec::new();
     for (name, bytes) in &files {

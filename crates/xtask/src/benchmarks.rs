@@ -20,22 +20,20 @@ const KEPT: [&str; 8] = [
     "mis-sobol-error.png",
 ];
 
-/// Seconds a method, unless told otherwise.
-const TIME: &str = "10s";
+/// Arguments of `cargo xtask benchmarks`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Program that races [default: the one that cargo builds]
+    #[arg(long, value_name = "BINARY")]
+    surelight: Option<PathBuf>,
+    /// Time per method, as in surelight bench --time
+    #[arg(long, value_name = "TIME", default_value = "10s")]
+    time: String,
+}
 
-/// `rest`: `--surelight BINARY` and `--time TIME`, both optional.
-pub(crate) fn run(repository: &Path, rest: &[&str]) -> Result<(), String> {
-    let (mut binary, mut time) = (None, TIME);
-    let mut words = rest.iter();
-    while let Some(&word) = words.next() {
-        let value = words.next().ok_or_else(|| format!("{word} needs a value"))?;
-        match word {
-            "--surelight" => binary = Some(PathBuf::from(value)),
-            "--time" => time = value,
-            _ => return Err(format!("benchmarks knows no option {word}: --surelight BINARY or --time TIME")),
-        }
-    }
-    let mut command = match binary {
+/// Races, and copies what is kept of the report.
+pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String> {
+    let mut command = match &arguments.surelight {
         Some(binary) => Command::new(binary),
         None => {
             let mut cargo = Command::new("cargo");
@@ -46,7 +44,7 @@ pub(crate) fn run(repository: &Path, rest: &[&str]) -> Result<(), String> {
     let report = repository.join("target/benchmarks");
     let scenes = SCENES.map(|name| repository.join("assets").join(name).with_extension("glb"));
     command.current_dir(repository).arg("bench").args(scenes);
-    command.args(["--quick", "--repeats", "4", "--time", time, "-o"]).arg(&report);
+    command.args(["--quick", "--repeats", "4", "--time", &arguments.time, "-o"]).arg(&report);
     let status = command.status().map_err(|e| format!("surelight cannot be run: {e}"))?;
     if !status.success() {
         return Err(format!("surelight bench ended with {status}"));

@@ -10,31 +10,35 @@ use std::process::{Command, Stdio};
 
 use sheet::Entry;
 
-const USAGE: &str = "\
-Usage: cargo xtask contact-sheet DIR -o FOLDER [OPTIONS]
-
-Options:
-  --surelight BINARY  the program that renders [the one beside this tool's own: cargo build --release]
-  --env FILE          light [what the files have, or a white sky]
-  --spp N             samples a pixel [64]
-  --size N            pixels on a side [192]
-  --only TEXT         files whose path has this in it
-";
-
-#[derive(Debug)]
-struct Options {
+/// Arguments of `cargo xtask contact-sheet`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder of the files
+    #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// Folder of the sheets
+    #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    surelight: PathBuf,
+    /// Program that renders [default: the one beside this tool's own: cargo build --release]
+    #[arg(long, value_name = "BINARY")]
+    surelight: Option<PathBuf>,
+    /// Light [default: what the files have, or a white sky]
+    #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=4096))]
     spp: u32,
+    /// Pixels on a side
+    #[arg(long, value_name = "N", default_value_t = 192, value_parser = clap::value_parser!(u32).range(1..=4096))]
     size: u32,
+    /// Take only files whose path contains this
+    #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
     only: String,
 }
 
 /// Renders all files and writes `sheet-01.png` and so on. The error is a sentence for the user.
-pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
-    let options = parse(arguments)?;
+pub(crate) fn run(options: &Arguments) -> Result<(), String> {
+    let surelight = options.surelight.clone().unwrap_or_else(surelight_beside);
     let mut files = Vec::new();
     scenes_below(&options.folder, &mut files)?;
     files.retain(|file| file.to_string_lossy().contains(&options.only));
@@ -47,7 +51,7 @@ pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
     let scratch = tempfile::tempdir().map_err(|error| format!("no temporary folder could be made: {error}"))?;
     let mut entries = Vec::new();
     for file in &files {
-        let entry = render(&options, file, &scratch.path().join("picture.png"))?;
+        let entry = render(options, &surelight, file, &scratch.path().join("picture.png"))?;
         println!("{:<60} {}", entry.name, entry.note);
         entries.push(entry);
     }
@@ -56,43 +60,10 @@ pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
     sheet::write(&entries, options.size, &options.output)
 }
 
-fn parse(arguments: &[&str]) -> Result<Options, String> {
+/// The program beside this tool's own.
+fn surelight_beside() -> PathBuf {
     let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("surelight")));
-    let mut options = Options {
-        folder: PathBuf::new(),
-        output: PathBuf::new(),
-        surelight: beside.unwrap_or_else(|| PathBuf::from("surelight")).with_extension(std::env::consts::EXE_EXTENSION),
-        env: None,
-        spp: 64,
-        size: 192,
-        only: String::new(),
-    };
-    let mut rest = arguments.iter();
-    while let Some(&argument) = rest.next() {
-        let mut value = || rest.next().copied().ok_or_else(|| format!("{argument} needs a value\n\n{USAGE}"));
-        let number = |text: &str| {
-            text.parse()
-                .ok()
-                .filter(|n| (1..=4096).contains(n))
-                .ok_or_else(|| format!("{argument} {text}: no such number"))
-        };
-        match argument {
-            "-o" => options.output = value()?.into(),
-            "--surelight" => options.surelight = value()?.into(),
-            "--env" => options.env = Some(value()?.into()),
-            "--spp" => options.spp = number(value()?)?,
-            "--size" => options.size = number(value()?)?,
-            "--only" => options.only = value()?.into(),
-            folder if options.folder.as_os_str().is_empty() && !folder.starts_with('-') => {
-                options.folder = folder.into()
-            }
-            other => return Err(format!("\"{other}\" means nothing here\n\n{USAGE}")),
-        }
-    }
-    if options.folder.as_os_str().is_empty() || options.output.as_os_str().is_empty() {
-        return Err(format!("a folder of files and a folder for the sheets are needed\n\n{USAGE}"));
-    }
-    Ok(options)
+    beside.unwrap_or_else(|| PathBuf::from("surelight")).with_extension(std::env::consts::EXE_EXTENSION)
 }
 
 fn scenes_below(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
@@ -111,8 +82,8 @@ fn scenes_below(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
 }
 
 /// A file's picture, or why there is none.
-fn render(options: &Options, file: &Path, picture: &Path) -> Result<Entry, String> {
-    let mut command = Command::new(&options.surelight);
+fn render(options: &Arguments, surelight: &Path, file: &Path, picture: &Path) -> Result<Entry, String> {
+    let mut command = Command::new(surelight);
     command.arg(file).args(["--quiet", "--spp", &options.spp.to_string()]);
     command.args(["--size", &format!("{0}x{0}", options.size)]).arg("-o").arg(picture);
     if let Some(env) = &options.env {
@@ -121,7 +92,7 @@ fn render(options: &Options, file: &Path, picture: &Path) -> Result<Entry, Strin
     let output = command
         .stdin(Stdio::null())
         .output()
-        .map_err(|error| format!("{} cannot be run: {error}", options.surelight.display()))?;
+        .map_err(|error| format!("{} cannot be run: {error}", surelight.display()))?;
     let mut entry = Entry {
         name: file.strip_prefix(&options.folder).unwrap_or(file).display().to_string(),
         note: String::new(),
@@ -152,19 +123,4 @@ fn published(folder: &Path, file: &Path) -> Option<image::DynamicImage> {
         shots.sort_by_key(|path| !path.to_string_lossy().contains("screenshot."));
         shots.iter().find_map(|path| image::open(path).ok())
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn arguments() {
-        let options = parse(&["corpus", "-o", "out", "--spp", "8", "--only", "Box"]).expect("valid");
-        assert_eq!((options.folder, options.output), (PathBuf::from("corpus"), PathBuf::from("out")));
-        assert_eq!((options.spp, options.size, options.only.as_str()), (8, 192, "Box"));
-        for wrong in [&["corpus"][..], &["-o", "out"], &["a", "b", "-o", "c"], &["a", "-o", "b", "--spp", "0"]] {
-            assert!(parse(wrong).is_err(), "{wrong:?}");
-        }
-    }
 }

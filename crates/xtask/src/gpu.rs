@@ -23,12 +23,20 @@ const TESTS: [&str; 9] = [
     "torture_light",
 ];
 
-/// `rest`: `-o FOLDER`, then scenes.
-pub(crate) fn run(repository: &Path, rest: &[&str]) -> Result<(), String> {
-    let ["-o", folder, scenes @ ..] = rest else {
-        return Err("say where everything goes: gpu -o FOLDER [SCENE]...".into());
-    };
-    let folder = PathBuf::from(folder);
+/// Arguments of `cargo xtask gpu`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder of the package
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Scenes to render there
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+}
+
+/// Builds everything and packs it.
+pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String> {
+    let folder = &arguments.output;
     make(&folder.join("tests"))?;
     let benches = executables(repository, &["bench", "-p", "surelight-benches"])?;
     for name in BENCHES {
@@ -44,8 +52,8 @@ pub(crate) fn run(repository: &Path, rest: &[&str]) -> Result<(), String> {
         Command::new("git").current_dir(repository).args(["describe", "--always", "--dirty", "--abbrev=10"]).output();
     let commit = git.map(|output| output.stdout).unwrap_or_default();
     std::fs::write(folder.join("COMMIT"), commit).map_err(|e| format!("COMMIT: {e}"))?;
-    for scene in scenes {
-        carry_scene(Path::new(scene), &folder.join("scenes"))?;
+    for scene in &arguments.scenes {
+        carry_scene(scene, &folder.join("scenes"))?;
     }
     println!("on the machine with the adapter: {}/gpu.sh OUT", folder.display());
     Ok(())

@@ -12,46 +12,43 @@ mod sky;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-const USAGE: &str = "\
-Usage: cargo xtask <COMMAND>
+use clap::{Parser, Subcommand};
 
-Commands:
-  assets          write the generated scenes, the sky and the table in assets/
-  assets --check  fail when a file in assets/ differs from what the code makes
-  contact-sheet DIR -o FOLDER
-                  a small picture of every glTF file below a folder, beside the published ones
-  benchmarks [--surelight BINARY] [--time TIME]
-                  race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
-  gpu -o FOLDER [SCENE]...
-                  pack benches, tests and scenes for a machine with a GPU; there: FOLDER/gpu.sh OUT
-  pixels BINARY   hashes of the pixels and kernels of all scenes in assets/, to compare before and after
-  references DIR --surelight BINARY
-                  render the scenes of a folder and test them against its references
-  mutate [CASE]...
-                  plant mistakes, one after the other, and see whether the torture list catches them
-  mutate --list   print the table of mistakes
-";
+/// Generates, packs and checks what the repository holds beside its code
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Write the generated scenes, the sky and the table in assets/
+    Assets(assets::Arguments),
+    /// Make a small picture of every glTF file below a folder, beside the published ones
+    ContactSheet(contact_sheet::Arguments),
+    /// Race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
+    Benchmarks(benchmarks::Arguments),
+    /// Pack benches, tests and scenes for a machine with a GPU; there: FOLDER/gpu.sh OUT
+    Gpu(gpu::Arguments),
+    /// Print hashes of the pixels and kernels of all scenes in assets/, to compare before and after
+    Pixels(pixels::Arguments),
+    /// Render the scenes of a folder and test them against its references
+    References(references::Arguments),
+    /// Plant mistakes, one after the other, and see whether the torture list catches them
+    Mutate(mutate::Arguments),
+}
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let result = match words[..] {
-        ["assets"] => assets::write(&repository().join("assets")),
-        ["assets", "--check"] => assets::check(&repository().join("assets")),
-        ["contact-sheet", ref rest @ ..] => contact_sheet::run(rest),
-        ["benchmarks", ref rest @ ..] => benchmarks::run(&repository(), rest),
-        ["gpu", ref rest @ ..] => gpu::run(&repository(), rest),
-        ["pixels", ref rest @ ..] => pixels::run(&repository(), rest),
-        ["references", ref rest @ ..] => references::run(rest),
-        ["mutate", ref rest @ ..] => mutate::run(&repository(), rest),
-        ["help" | "--help" | "-h"] => {
-            print!("{USAGE}");
-            Ok(())
-        }
-        _ => {
-            eprint!("{USAGE}");
-            return ExitCode::from(2);
-        }
+    let result = match Cli::parse().command {
+        Command::Assets(arguments) => assets::run(&repository().join("assets"), &arguments),
+        Command::ContactSheet(arguments) => contact_sheet::run(&arguments),
+        Command::Benchmarks(arguments) => benchmarks::run(&repository(), &arguments),
+        Command::Gpu(arguments) => gpu::run(&repository(), &arguments),
+        Command::Pixels(arguments) => pixels::run(&repository(), &arguments),
+        Command::References(arguments) => references::run(&arguments),
+        Command::Mutate(arguments) => mutate::run(&repository(), &arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -65,4 +62,16 @@ fn main() -> ExitCode {
 /// The root of the checkout that this binary was built from.
 fn repository() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
 }

@@ -51,20 +51,27 @@ fn table() -> impl Iterator<Item = &'static Mutation> {
     [numeric::ROWS, geometry::ROWS, sampling::ROWS, bsdf::ROWS, light::ROWS, accumulation::ROWS].into_iter().flatten()
 }
 
-/// Runs `cargo xtask mutate [--list | CASE...]` from a checkout.
-pub(crate) fn run(root: &Path, arguments: &[&str]) -> Result<(), String> {
-    if arguments == ["--list"] {
+/// Arguments of `cargo xtask mutate`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Numbers of the cases [default: all]
+    #[arg(value_name = "CASE")]
+    cases: Vec<u32>,
+    /// Print the table of mistakes instead
+    #[arg(long, conflicts_with = "cases")]
+    list: bool,
+}
+
+/// Plants the chosen mistakes, or lists all.
+pub(crate) fn run(root: &Path, Arguments { cases, list }: &Arguments) -> Result<(), String> {
+    if *list {
         print!("{}", markdown());
         return Ok(());
     }
     let mut chosen: Vec<&Mutation> = table().collect();
-    if !arguments.is_empty() {
-        let numbers = arguments
-            .iter()
-            .map(|a| a.parse::<u32>().map_err(|_| format!("`{a}` is no number of a case")))
-            .collect::<Result<Vec<_>, _>>()?;
-        chosen.retain(|m| numbers.contains(&m.case));
-        if let Some(missing) = numbers.iter().find(|n| !chosen.iter().any(|m| m.case == **n)) {
+    if !cases.is_empty() {
+        chosen.retain(|m| cases.contains(&m.case));
+        if let Some(missing) = cases.iter().find(|n| !chosen.iter().any(|m| m.case == **n)) {
             return Err(format!("case {missing} has no mutation"));
         }
     }

@@ -40,9 +40,15 @@ const LAYERS: [&str; 14] = [
     "Depth.Z",
 ];
 
+/// Arguments of `cargo xtask pixels`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Program that renders
+    binary: PathBuf,
+}
+
 /// Prints a line for each scene of assets/ and each set of options.
-pub(crate) fn run(repository: &Path, arguments: &[&str]) -> Result<(), String> {
-    let [binary] = arguments else { return Err("usage: cargo xtask pixels BINARY".into()) };
+pub(crate) fn run(repository: &Path, Arguments { binary }: &Arguments) -> Result<(), String> {
     let assets = repository.join("assets");
     let mut scenes = Vec::new();
     for folder in [assets.clone(), assets.join("torture"), assets.join("gltf")] {
@@ -76,7 +82,7 @@ pub(crate) fn run(repository: &Path, arguments: &[&str]) -> Result<(), String> {
 }
 
 /// The hashes of one render, or why there are none.
-fn line(binary: &str, scene: &Path, options: &str, assets: &Path, output: &Path) -> String {
+fn line(binary: &Path, scene: &Path, options: &str, assets: &Path, output: &Path) -> String {
     let sky = assets.join("sky.exr").display().to_string();
     let ran = Command::new(binary)
         .arg(scene)

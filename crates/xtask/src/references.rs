@@ -24,29 +24,32 @@ use surelight_film::read_exr;
 
 use judgement::{Outcome, compare};
 
-const USAGE: &str = "\
-Usage: cargo xtask references DIR --surelight BINARY [OPTIONS]
-
-Options:
-  --spp N          samples a pixel [1024]
-  --seed S         [0]
-  --only NAME,…    these references only
-  --keep FOLDER    keep the renders there
-";
-
-struct Options {
+/// Arguments of `cargo xtask references`.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder of scenes and references
+    #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// Program that renders
+    #[arg(long, value_name = "BINARY")]
     surelight: PathBuf,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value_t = 1024)]
     spp: u32,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u32,
+    /// Take these references only
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     only: Vec<String>,
+    /// Keep the renders in this folder
+    #[arg(long, value_name = "FOLDER")]
     keep: Option<PathBuf>,
 }
 
 /// Renders every reference's scene and compares. The error is a sentence for the user.
-pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
-    let options = parse(arguments)?;
-    let names = references(&options)?;
+pub(crate) fn run(options: &Arguments) -> Result<(), String> {
+    let names = references(options)?;
     let scratch = tempfile::tempdir().map_err(|error| format!("no temporary folder could be made: {error}"))?;
     let renders = options.keep.clone().unwrap_or_else(|| scratch.path().to_owned());
     std::fs::create_dir_all(&renders)
@@ -62,7 +65,7 @@ pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
     let mut failed = Vec::new();
     for name in &names {
         let started = Instant::now();
-        match check(&options, name, &renders) {
+        match check(options, name, &renders) {
             Ok(outcome) => {
                 println!("{name:<18} {outcome}  {:.1} s", started.elapsed().as_secs_f64());
                 if !outcome.passes() {
@@ -81,32 +84,8 @@ pub(crate) fn run(arguments: &[&str]) -> Result<(), String> {
     }
 }
 
-fn parse(arguments: &[&str]) -> Result<Options, String> {
-    let mut words = arguments.iter();
-    let mut folder = None;
-    let mut surelight = None;
-    let (mut spp, mut seed, mut only, mut keep) = (1024, 0, Vec::new(), None);
-    while let Some(&word) = words.next() {
-        let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
-        let number = |text: &str| text.parse().map_err(|_| format!("{word} needs a whole number, not \"{text}\""));
-        match word {
-            "--surelight" => surelight = Some(PathBuf::from(value()?)),
-            "--spp" => spp = number(value()?)?,
-            "--seed" => seed = number(value()?)?,
-            "--only" => only = value()?.split(',').map(str::to_owned).collect(),
-            "--keep" => keep = Some(PathBuf::from(value()?)),
-            _ if folder.is_none() && !word.starts_with('-') => folder = Some(PathBuf::from(word)),
-            _ => return Err(format!("\"{word}\" is not understood\n{USAGE}")),
-        }
-    }
-    match (folder, surelight) {
-        (Some(folder), Some(surelight)) => Ok(Options { folder, surelight, spp, seed, only, keep }),
-        _ => Err(format!("a folder and --surelight are needed\n{USAGE}")),
-    }
-}
-
 /// Names of the references in the folder, sorted.
-fn references(options: &Options) -> Result<Vec<String>, String> {
+fn references(options: &Arguments) -> Result<Vec<String>, String> {
     let folder = options.folder.join("references");
     let unreadable = |error: std::io::Error| format!("the folder \"{}\" could not be read: {error}", folder.display());
     let mut names = Vec::new();
@@ -145,7 +124,7 @@ fn scene_of(folder: &Path, name: &str) -> (PathBuf, Option<u32>) {
     (scene(name), None)
 }
 
-fn check(options: &Options, name: &str, renders: &Path) -> Result<Outcome, String> {
+fn check(options: &Arguments, name: &str, renders: &Path) -> Result<Outcome, String> {
     let read = |path: &Path| read_exr(path).map_err(|error| error.to_string());
     let references = options.folder.join("references");
     let reference = read(&references.join(format!("{name}.exr")))?;
@@ -186,13 +165,5 @@ mod tests {
         assert_eq!(of("veach-d2"), (folder.path().join("scenes/veach.glb"), Some(1)));
         assert_eq!(of("own-d3"), (folder.path().join("scenes/own-d3.glb"), None));
         assert_eq!(of("veach"), (folder.path().join("scenes/veach.glb"), None));
-    }
-
-    #[test]
-    fn arguments() {
-        let options = parse(&["dir", "--surelight", "bin", "--spp", "64", "--only", "a,b"]).unwrap();
-        assert_eq!((options.spp, options.seed, options.only.len()), (64, 0, 2));
-        assert!(parse(&["dir"]).is_err() && parse(&["dir", "--surelight"]).is_err());
-        assert!(parse(&["dir", "--surelight", "b", "--spp", "many"]).is_err());
     }
 }

@@ -151,7 +151,7 @@ fn strokes(element: &str) -> Option<(String, String)> {
 
 /// Text as it may stand in XML.
 pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    maud::html! { (text) }.into_string()
 }
 
 /// Width of text, about: what DejaVu Sans takes.

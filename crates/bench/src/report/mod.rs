@@ -61,7 +61,8 @@ fn charts(scene: &SceneData, peers: &[Peer]) -> Result<Vec<Chart>, BenchError> {
 /// Writes everything: page, charts as SVG and PNG, `data.csv`, `data.json`. Other renderers' points are drawn on the charts of their scenes.
 pub fn write_report(folder: &Path, data: &Data, peers: &[Peer]) -> Result<(), BenchError> {
     write_data(folder, data)?;
-    write_file(&folder.join("data.csv"), data.csv().as_bytes())?;
+    let table = folder.join("data.csv");
+    write_file(&table, &data.csv().map_err(|e| BenchError::file(&table, e))?)?;
     let mut scenes = Vec::new();
     for scene in &data.scenes {
         let charts = charts(scene, peers)?;

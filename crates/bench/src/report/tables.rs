@@ -1,8 +1,8 @@
 //! The tables of a scene.
 
-use std::fmt::Write as _;
+use maud::{Markup, Render, html};
 
-use crate::{analysis::ratio, chart::escape, data::SceneData};
+use crate::{analysis::ratio, data::SceneData};
 
 use super::{
     answer::sooner,
@@ -11,60 +11,64 @@ use super::{
 
 const UNKNOWN: &str = "–";
 
-/// A table: a head, and rows of cells that are HTML already.
-fn table(html: &mut String, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
-    *html += "<div class=\"scroll\"><table>\n<thead><tr>";
-    let rows: Vec<Vec<String>> = rows.into_iter().collect();
-    // Columns of words stand to the left, those of figures to the right.
-    let is_word = |cell: &String| cell.starts_with(|c: char| c.is_alphabetic() || c == '<');
-    let words = |column: usize| rows.iter().filter_map(|row| row.get(column)).any(is_word);
-    let class = |column: usize| if words(column) { " class=\"words\"" } else { "" };
-    for (column, cell) in head.iter().enumerate() {
-        let _ = write!(html, "<th{}>{cell}</th>", class(column));
-    }
-    *html += "</tr></thead>\n<tbody>\n";
-    for row in &rows {
-        *html += "<tr>";
-        for (column, cell) in row.iter().enumerate() {
-            let _ = write!(html, "<td{}>{cell}</td>", class(column));
+/// A table: a head, and rows of cells.
+fn table<const N: usize>(head: [&str; N], rows: impl IntoIterator<Item = [Markup; N]>) -> Markup {
+    let rows: Vec<[Markup; N]> = rows.into_iter().collect();
+    // Columns of words are aligned to the left, those of figures to the right.
+    let is_word = |cell: &Markup| cell.0.starts_with(|c: char| c.is_alphabetic() || c == '<');
+    let class = |column: usize| rows.iter().any(|row| is_word(&row[column])).then_some("words");
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr { @for (column, cell) in head.iter().enumerate() { th class=[class(column)] { (cell) } } }
+                }
+                tbody {
+                    @for row in &rows {
+                        tr { @for (column, cell) in row.iter().enumerate() { td class=[class(column)] { (cell) } } }
+                    }
+                }
+            }
         }
-        *html += "</tr>\n";
     }
-    *html += "</tbody></table></div>\n";
 }
 
-fn name(scene: &SceneData, method: usize) -> String {
+/// A cell of text.
+fn cell(text: impl Render) -> Markup {
+    html! { (text) }
+}
+
+fn name(scene: &SceneData, method: usize) -> Markup {
     let data = &scene.methods[method];
-    let biased = if data.biased.is_some() { " <span class=\"biased\">biased</span>" } else { "" };
-    escape(&data.name) + biased
+    html! { (data.name) @if data.biased.is_some() { " " span.biased { "biased" } } }
 }
 
-fn or_unknown(text: Option<String>) -> String {
-    text.unwrap_or_else(|| UNKNOWN.into())
+fn or_unknown(text: Option<impl Render>) -> Markup {
+    text.map_or_else(|| cell(UNKNOWN), cell)
 }
 
 /// Which method is the fastest to each error level.
-pub(super) fn fastest(html: &mut String, scene: &SceneData) {
+pub(super) fn fastest(scene: &SceneData) -> Markup {
     let rows = scene.levels().into_iter().map(|e| {
         let ranking = scene.ranking(e, false);
         let Some(&(best, time)) = ranking.first() else {
-            return vec![level(e), "only biased methods".into(), UNKNOWN.into(), UNKNOWN.into(), UNKNOWN.into()];
+            return [&level(e), "only biased methods", UNKNOWN, UNKNOWN, UNKNOWN].map(cell);
         };
         let second = ranking.get(1).map(|r| r.0);
         let later = second.and_then(|m| sooner(scene, m, best, e));
-        vec![
-            level(e),
-            format!("<span class=\"best\">{}</span>", name(scene, best)),
-            format!("{} ({} to {})", seconds(time.value), short(time.low), short(time.high)),
+        [
+            cell(level(e)),
+            html! { span.best { (name(scene, best)) } },
+            cell(format!("{} ({} to {})", seconds(time.value), short(time.low), short(time.high))),
             or_unknown(second.map(|m| name(scene, m))),
             or_unknown(later.map(|f| if f.holds(1.0) { format!("{}, may be none", factor(&f)) } else { factor(&f) })),
         ]
     });
-    table(html, &["error", "fastest", "time, 95 % interval", "next", "takes longer by"], rows);
+    table(["error", "fastest", "time, 95 % interval", "next", "takes longer by"], rows)
 }
 
 /// Efficiency, slope and error at the end of each method, the best first.
-pub(super) fn efficiency(html: &mut String, scene: &SceneData) {
+pub(super) fn efficiency(scene: &SceneData) -> Markup {
     let geometric = |m: usize| {
         let all = scene.efficiencies(m);
         (!all.is_empty()).then(|| (all.iter().map(|e| e.ln()).sum::<f64>() / all.len() as f64).exp())
@@ -77,12 +81,12 @@ pub(super) fn efficiency(html: &mut String, scene: &SceneData) {
         let relative = best.filter(|&b| b != m && scene.methods[m].biased.is_none());
         let relative = relative.and_then(|b| ratio(&scene.efficiencies(m), &scene.efficiencies(b)));
         let curve = scene.curve(m);
-        vec![
+        [
             name(scene, m),
             match relative {
-                _ if Some(m) == best => "1 (the best)".into(),
-                Some((interval, _)) => factor(&interval),
-                None => UNKNOWN.into(),
+                _ if Some(m) == best => cell("1 (the best)"),
+                Some((interval, _)) => cell(factor(&interval)),
+                None => cell(UNKNOWN),
             },
             or_unknown(scene.slope(m).map(|s| plus_minus(&s))),
             or_unknown(scene.methods[m].checkpoints.last().map(u32::to_string)),
@@ -92,14 +96,14 @@ pub(super) fn efficiency(html: &mut String, scene: &SceneData) {
         ]
     });
     let head = ["method", "efficiency", "slope", "samples", "time", "error then", "FLIP"];
-    table(html, &head, rows);
+    table(head, rows)
 }
 
 /// Predicted and real error at the end, coverage, and what is not certified.
-pub(super) fn calibration(html: &mut String, scene: &SceneData) {
+pub(super) fn calibration(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let last = scene.calibration(m).last().copied();
-        vec![
+        [
             name(scene, m),
             or_unknown(last.map(|p| percent(p.0))),
             or_unknown(last.map(|p| percent(p.1))),
@@ -108,15 +112,11 @@ pub(super) fn calibration(html: &mut String, scene: &SceneData) {
             or_unknown(scene.at_end(m, |r| r.uncertified).map(|u| format!("{:.1} %", 100.0 * u))),
         ]
     });
-    table(
-        html,
-        &["method", "predicted", "real", "real / predicted", "95 % intervals that hold", "pixels not certified"],
-        rows,
-    );
+    table(["method", "predicted", "real", "real / predicted", "95 % intervals that hold", "pixels not certified"], rows)
 }
 
 /// Mean signed error, and what it means.
-pub(super) fn bias(html: &mut String, scene: &SceneData) {
+pub(super) fn bias(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let data = &scene.methods[m];
         let interval = scene.bias(m);
@@ -124,19 +124,19 @@ pub(super) fn bias(html: &mut String, scene: &SceneData) {
             (Some(why), seen) => {
                 let little =
                     if seen.is_some_and(|i| i.holds(0.0)) { ", too little to show in the mean here" } else { "" };
-                format!("<span class=\"biased\">biased: {}{little}</span>", escape(why))
+                html! { span.biased { "biased: " (why) (little) } }
             }
-            (None, None) => UNKNOWN.into(),
-            (None, Some(i)) if i.holds(0.0) => "none seen".into(),
+            (None, None) => cell(UNKNOWN),
+            (None, Some(i)) if i.holds(0.0) => cell("none seen"),
             // 1.96 standard errors are the half width; beyond 3 chance is no excuse for any of a dozen methods.
             (None, Some(i)) if i.value.abs() < 1.53 * (i.high - i.low) / 2.0 => {
-                "within what chance does once in twenty".into()
+                cell("within what chance does once in twenty")
             }
-            (None, Some(_)) => "more than chance explains: error bars that are too short, or a defect".into(),
+            (None, Some(_)) => cell("more than chance explains: error bars that are too short, or a defect"),
         };
-        vec![name(scene, m), or_unknown(interval.map(|i| format!("{} %", plus_minus(&percent_of(i))))), says]
+        [name(scene, m), or_unknown(interval.map(|i| format!("{} %", plus_minus(&percent_of(i))))), says]
     });
-    table(html, &["method", "mean error, 95 % interval", "bias"], rows);
+    table(["method", "mean error, 95 % interval", "bias"], rows)
 }
 
 fn percent_of(i: crate::analysis::Interval) -> crate::analysis::Interval {
@@ -144,7 +144,7 @@ fn percent_of(i: crate::analysis::Interval) -> crate::analysis::Interval {
 }
 
 /// Where the time goes.
-pub(super) fn stages(html: &mut String, scene: &SceneData) {
+pub(super) fn stages(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let data = &scene.methods[m];
         let last = data.checkpoints.last();
@@ -152,16 +152,16 @@ pub(super) fn stages(html: &mut String, scene: &SceneData) {
         let [rays, paths] = [ends.iter().map(|r| r.rays).sum::<u64>(), ends.iter().map(|r| r.paths).sum()];
         let device: f64 = ends.iter().map(|r| r.device_seconds).sum();
         let lost: u64 = ends.iter().map(|r| r.dropped + r.truncated).sum();
-        let known = |x: f64| if x.is_finite() && x > 0.0 { short(x) } else { UNKNOWN.into() };
-        vec![
+        let known = |x: f64| or_unknown((x.is_finite() && x > 0.0).then(|| short(x)));
+        [
             name(scene, m),
-            seconds(data.prepare_seconds),
-            seconds(data.compile_seconds),
+            cell(seconds(data.prepare_seconds)),
+            cell(seconds(data.compile_seconds)),
             known(paths as f64 / device / 1e6),
             known(rays as f64 / device / 1e6),
             known(rays as f64 / paths as f64),
-            bytes(data.device_bytes),
-            lost.to_string(),
+            cell(bytes(data.device_bytes)),
+            cell(lost),
         ]
     });
     let head = [
@@ -174,5 +174,5 @@ pub(super) fn stages(html: &mut String, scene: &SceneData) {
         "device memory",
         "samples dropped or cut",
     ];
-    table(html, &head, rows);
+    table(head, rows)
 }
