@@ -122,9 +122,8 @@ fn create_beside(target: &Path) -> Result<NamedTempFile, String> {
 /// can be.
 fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().as_encoded_bytes();
-    // FNV-1a: the same in every run, so that leftovers are found.
-    let step = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    format!(".surelight-{:016x}.", name.iter().fold(0xcbf2_9ce4_8422_2325, step))
+    // The same in every run, so that leftovers are found.
+    format!(".surelight-{:016x}.", xxhash_rust::xxh3::xxh3_64(name))
 }
 
 fn folder_cause(folder: &Path, error: &io::Error) -> String {

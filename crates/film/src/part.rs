@@ -96,7 +96,14 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
     drop(words);
     let mut film = Film::from_pixels(window, pixels, coverage);
     if metadata.part.as_ref().is_none_or(|part| part.checksum != checksum(&film, metadata.sample_range)) {
-        return Err("it is damaged: its totals are not those that were written".into());
+        let version = env!("CARGO_PKG_VERSION");
+        return Err(match metadata.version == version {
+            true => "it is damaged: its totals are not those that were written".into(),
+            false => format!(
+                "it is of another version of Surelight, {:?}, whose totals this one, {version:?}, cannot check",
+                metadata.version
+            ),
+        });
     }
     let mut plane = |name: &str| take(name).map(to_floats);
     let triple = |planes: [Option<Vec<f32>>; 3]| match planes {
@@ -166,6 +173,20 @@ mod tests {
         let (film, metadata) = part(Window::all(2, 2));
         let bytes = encode_exr(&film, &Metadata { part: None, ..metadata }).unwrap();
         assert_eq!(decode_part(&bytes).unwrap_err(), NO_PART);
+    }
+
+    #[test]
+    fn parts_of_other_versions_and_damage_are_told_apart() {
+        let (film, metadata) = part(Window::all(2, 2));
+        for (version, words) in [("0.0.1", "it is of another version"), (env!("CARGO_PKG_VERSION"), "it is damaged")] {
+            let metadata = Metadata { version: version.into(), ..metadata.clone() };
+            let mut bytes = encode_exr(&film, &metadata).unwrap();
+            let checksum = checksum(&film, [0, 15]);
+            let at = bytes.windows(checksum.len()).position(|text| text == checksum.as_bytes()).unwrap();
+            bytes[at..at + checksum.len()].fill(b'x');
+            let cause = decode_part(&bytes).unwrap_err();
+            assert!(cause.contains(words), "{cause}");
+        }
     }
 
     /// Whatever is damaged is told, or has no effect on what is read.

@@ -1,9 +1,10 @@
 //! The totals of pixels as channels of whole numbers.
 
 use rayon::prelude::*;
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::moments::WORDS;
-use crate::{DoubleDouble, Film};
+use crate::{DoubleDouble, Film, PixelMoments};
 
 /// The channel of a word of the moments.
 pub(crate) fn word_name(word: usize) -> String {
@@ -34,21 +35,25 @@ const CHUNK: usize = 4096;
 /// Hash of all totals and of what samples they hold, by which damage is found out; not for security.
 pub(crate) fn checksum(film: &Film, samples: [u64; 2]) -> String {
     let pixels = film.pixels();
-    // Fowler–Noll–Vo's xor and multiply over words, with a shift that lets high bits reach low ones.
-    let step = |hash: u64, word: u64| {
-        let hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-        hash ^ hash >> 29
-    };
-    let hash =
-        |words: &mut dyn Iterator<Item = u32>| words.fold(0xcbf2_9ce4_8422_2325, |hash, word| step(hash, word.into()));
-    let mut hashes: Vec<u64> = pixels
-        .par_chunks(CHUNK)
-        .map(|pixels| hash(&mut pixels.iter().flat_map(|pixel| (0..WORDS).map(|i| pixel.word(i)))))
-        .collect();
+    let mut hashes: Vec<u64> =
+        pixels.par_chunks(CHUNK).map(|pixels| hash::<_, WORDS>(pixels, PixelMoments::word)).collect();
     if let Some(sums) = film.coverage_sums() {
-        hashes.par_extend(sums.par_chunks(CHUNK).map(|sums| {
-            hash(&mut sums.iter().flat_map(|&sum| (0..COVERAGE_WORDS).map(move |i| coverage_word(sum, i))))
-        }));
+        let of_sums = |sums: &[DoubleDouble]| hash::<_, COVERAGE_WORDS>(sums, |&sum, i| coverage_word(sum, i));
+        hashes.par_extend(sums.par_chunks(CHUNK).map(of_sums));
     }
-    format!("{:016x}", hashes.into_iter().chain(samples).fold(pixels.len() as u64, step))
+    let mut whole = Xxh3::new();
+    for number in [pixels.len() as u64].into_iter().chain(hashes).chain(samples) {
+        whole.update(&number.to_le_bytes());
+    }
+    format!("{:016x}", whole.digest())
+}
+
+/// XXH3 over the little-endian words of things that have `N` each.
+fn hash<T, const N: usize>(things: &[T], word: impl Fn(&T, usize) -> u32) -> u64 {
+    let mut hash = Xxh3::new();
+    for thing in things {
+        let words: [u32; N] = std::array::from_fn(|i| word(thing, i).to_le());
+        hash.update(bytemuck::cast_slice(&words));
+    }
+    hash.digest()
 }

@@ -3,10 +3,11 @@
 use std::fmt::Debug;
 
 use surelight_scene::{Environment, Scene};
+use xxhash_rust::xxh3::Xxh3;
 
 /// Hash of everything in a scene that shows, as 16 hexadecimal digits. The same on every machine; not for security.
 pub(crate) fn of(scene: &Scene) -> String {
-    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    let mut hash = Hash(Xxh3::new());
     for mesh in &scene.meshes {
         mesh.positions.iter().for_each(|p| hash.floats(&p.to_array()));
         mesh.triangles.iter().for_each(|t| t.iter().for_each(|&i| hash.word(i.into())));
@@ -30,7 +31,7 @@ pub(crate) fn of(scene: &Scene) -> String {
         }
         other => hash.text(other),
     }
-    format!("{:016x}", hash.0)
+    format!("{:016x}", hash.0.digest())
 }
 
 /// Hash of a text, likewise.
@@ -40,18 +41,17 @@ pub(crate) fn of_text(text: &str) -> String {
 
 /// Hash of bytes, likewise.
 pub(crate) fn of_bytes(bytes: &[u8]) -> String {
-    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    let mut hash = Hash(Xxh3::new());
     hash.bytes(bytes);
-    format!("{:016x}", hash.0)
+    format!("{:016x}", hash.0.digest())
 }
 
-/// Fowler–Noll–Vo's xor and multiply over 64-bit words, with a shift that lets high bits reach low ones.
-struct Hash(u64);
+/// XXH3 over little-endian words and bytes.
+struct Hash(Xxh3);
 
 impl Hash {
     fn word(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
-        self.0 ^= self.0 >> 29;
+        self.0.update(&word.to_le_bytes());
     }
 
     fn floats(&mut self, floats: &[f32]) {
@@ -59,9 +59,7 @@ impl Hash {
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
-        let (words, rest) = bytes.as_chunks::<8>();
-        words.iter().for_each(|&word| self.word(u64::from_le_bytes(word)));
-        rest.iter().for_each(|&byte| self.word(byte.into()));
+        self.0.update(bytes);
         self.word(bytes.len() as u64);
     }
 

@@ -8,6 +8,7 @@ use std::process::Command;
 use std::thread;
 
 use surelight_film::read_exr;
+use xxhash_rust::xxh3::Xxh3;
 
 /// Options under which each scene is rendered: every integrator, sampler and way to spend samples.
 const OPTIONS: [&str; 9] = [
@@ -97,16 +98,12 @@ fn line(binary: &Path, scene: &Path, options: &str, assets: &Path, output: &Path
     };
     drop(ran);
     let hashes = read_exr(output).map_err(|error| error.to_string()).map(|image| {
+        let mut pixels = Xxh3::new();
         let planes = LAYERS.iter().filter_map(|layer| image.channels.get(*layer));
-        let pixels = hash(planes.flatten().map(|value| value.to_bits()));
+        planes.flatten().for_each(|value| pixels.update(&value.to_le_bytes()));
         let kernel = image.surelight_metadata().and_then(|m| m.part).map_or_else(String::new, |part| part.kernel);
-        format!("kernel {kernel} pixels {pixels:016x}")
+        format!("kernel {kernel} pixels {:016x}", pixels.digest())
     });
     let _ = std::fs::remove_file(output);
     hashes.unwrap_or_else(|error| format!("failed: {error}"))
-}
-
-/// Fowler–Noll–Vo over words.
-fn hash(words: impl Iterator<Item = u32>) -> u64 {
-    words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ u64::from(word)).wrapping_mul(0x0000_0100_0000_01b3))
 }
