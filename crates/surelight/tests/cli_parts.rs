@@ -309,7 +309,7 @@ fn transparent_parts_merge_and_resume_to_the_whole() {
         }
     }
     let whole = read_exr(&folder.path("whole.exr")).unwrap();
-    assert_eq!(whole.surelight_metadata().unwrap().settings["transparent"], true);
+    assert!(whole.surelight_metadata().unwrap().is_transparent());
     let alpha = &whole.channels["A"];
     assert!(alpha.contains(&0.0) && alpha.contains(&1.0) && alpha.iter().any(|&a| a > 0.0 && a < 1.0));
 
@@ -328,6 +328,6 @@ fn a_picture_without_the_option_has_no_coverage() {
     box_of(&folder, 16, "-o a.exr -o a.png --samples 0..4").succeeded();
     let image = read_exr(&folder.path("a.exr")).unwrap();
     assert!(image.channels["A"].iter().all(|&a| a == 1.0));
-    assert!(image.surelight_metadata().unwrap().settings.get("transparent").is_none());
+    assert!(!image.surelight_metadata().unwrap().is_transparent());
     assert!(!image::open(folder.path("a.png")).unwrap().color().has_alpha());
 }
