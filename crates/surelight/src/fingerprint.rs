@@ -1,10 +1,10 @@
-//! A hash of a scene as loaded: renders of one scene can be told from those of another.
+//! Hashes of scenes as loaded, texts and bytes, which files hold: they depend on values alone.
 
 mod scene;
 
 pub(crate) use scene::of;
 
-/// Hash of a text, likewise.
+/// Hash of a text, as 16 hexadecimal digits.
 pub(crate) fn of_text(text: &str) -> String {
     of_bytes(text.as_bytes())
 }

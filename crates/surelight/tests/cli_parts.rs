@@ -170,6 +170,29 @@ fn parts_of_two_adapters_merge_on_request() {
     folder.run("merge a.exr b.exr -o m.exr --mixed").failed_with(&["--seed"]);
 }
 
+/// Pictures with settings of another version are compared, but not merged or resumed.
+#[test]
+fn settings_of_another_version_are_refused() {
+    let folder = Folder::new();
+    let options = "--samples 0..8 -o a.exr";
+    box_of(&folder, 16, options).succeeded();
+    let (film, mut metadata) = surelight_film::read_part(&folder.path("a.exr")).unwrap();
+    metadata.settings.as_mut().unwrap().version = 7;
+    for name in ["b.exr", "a.checkpoint.exr"] {
+        surelight_film::write_exr(&folder.path(name), &film, &metadata).unwrap();
+    }
+    let words = "settings have version 7";
+    folder.run("merge a.exr b.exr -o m.exr").failed_with(&["b.exr", words]);
+    box_of(&folder, 16, &format!("{options} --resume")).failed_with(&["a.checkpoint.exr", words]);
+    folder.run("compare a.exr b.exr").succeeded();
+
+    // A finished image of another version is replaced, with a note.
+    let finished = surelight_film::Metadata { part: None, ..metadata };
+    surelight_film::write_exr(&folder.path("c.exr"), &film, &finished).unwrap();
+    let ran = folder.run("{box} --size 37x29 --spp 16 -o c.exr --resume").succeeded();
+    assert!(ran.stderr.contains("version of the settings is 7 there and 1 here"), "{ran:#?}");
+}
+
 #[test]
 fn where_a_part_may_be_cut_is_told() {
     let folder = Folder::new();
