@@ -212,7 +212,7 @@ pub(crate) fn cause_of(error: ::exr::error::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, Features, Film};
+    use crate::{BatchSum, Features, Film, RenderSettings};
 
     fn film() -> Film {
         let mut film = Film::new(3, 2);
@@ -231,11 +231,8 @@ mod tests {
     }
 
     fn metadata() -> Metadata {
-        let mut metadata = Metadata { seed: 7, batches: 4, ..Metadata::default() };
-        for key in ["tonemap", "aperture", "size", "integrator"] {
-            metadata.settings.insert(key.into(), key.len().into());
-        }
-        metadata
+        let settings = RenderSettings { size: [3, 2], max_bounces: Some(4), ..RenderSettings::default() };
+        Metadata { seed: 7, batches: 4, settings: Some(settings), ..Metadata::default() }
     }
 
     #[test]
@@ -295,9 +292,8 @@ mod tests {
         let names = ["日本.glb", "a–b.glb", "❤.glb", "e\u{301}", "é", "😀\u{10ffff}", "\u{fffd}", "\"\\\n\u{7f}"];
         let mut metadata = metadata();
         metadata.device = "Intel® Arc™".into();
-        for name in names {
-            metadata.settings.insert(name.into(), name.into());
-        }
+        let settings = RenderSettings { scene: names.concat(), ..RenderSettings::default() };
+        metadata.settings = Some(settings);
         let bytes = encode_exr(&film(), &metadata).unwrap();
         let image = decode(&bytes).unwrap();
         assert!(image.metadata.as_ref().is_some_and(|json| json.is_ascii()), "{:?}", image.metadata);

@@ -5,7 +5,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::exr::{ExrImage, read_exr};
-use crate::{DoubleDouble, Film, Metadata, PixelMoments, ReadError, TRANSPARENT, Window, read_part, read_part_header};
+use crate::{DoubleDouble, Film, Metadata, PixelMoments, ReadError, Window, read_part, read_part_header};
 
 /// Reads the film of a finished render, to which more samples can be added.
 ///
@@ -13,7 +13,8 @@ use crate::{DoubleDouble, Film, Metadata, PixelMoments, ReadError, TRANSPARENT, 
 /// and tail come back as the file rounds them, to 24 bits; error bars of the extended render hold.
 ///
 /// # Errors
-/// Where the file is missing, damaged, or not a render of Surelight from its first sample on.
+/// Where the file is missing, damaged, not a render of Surelight from its first sample on, or has
+/// settings in another format.
 pub fn read_finished(path: &Path) -> Result<(Film, Metadata), ReadError> {
     if read_part_header(path).is_ok() {
         return read_part(path);
@@ -24,17 +25,14 @@ pub fn read_finished(path: &Path) -> Result<(Film, Metadata), ReadError> {
 
 fn rebuild(image: &ExrImage) -> Result<(Film, Metadata), String> {
     let metadata = image.surelight_metadata().ok_or("it is no render of Surelight")?;
+    metadata.check_settings()?;
     let incomplete = || "it lacks layers that a render of this version has".to_owned();
     let channel = |name: &str| image.channels.get(name).ok_or_else(incomplete);
     let mean = image.rgb("").ok_or_else(incomplete)?;
     let variance = image.rgb("Variance");
     let (samples, largest, squares) = (channel("Samples.N")?, channel("Tail.Max")?, channel("Tail.Squares")?);
-    let whole = ["width", "height"].map(|name| metadata.settings.get(name).and_then(serde_json::Value::as_u64));
     let size = [image.width as u32, image.height as u32];
-    let whole = match whole {
-        [Some(width), Some(height)] => [width as u32, height as u32],
-        _ => size,
-    };
+    let whole = metadata.settings.as_ref().map_or(size, |settings| settings.size);
     let edges = metadata.crop.unwrap_or([0, 0, size[0], size[1]]);
     let window = Window::crop(whole, edges).filter(|window| window.size == size);
     let window = window.ok_or("it is damaged: its size is not that of its metadata")?;
@@ -47,7 +45,7 @@ fn rebuild(image: &ExrImage) -> Result<(Film, Metadata), String> {
     };
     let pixels: Option<Vec<PixelMoments>> = (0..samples.len()).into_par_iter().map(pixel).collect();
     let pixels = pixels.ok_or("it is damaged: some of its pixels are no numbers")?;
-    let coverage = metadata.settings.contains_key(TRANSPARENT).then(|| channel("A")).transpose()?;
+    let coverage = metadata.is_transparent().then(|| channel("A")).transpose()?;
     let covered = |(alpha, &n): (&f32, &f32)| DoubleDouble { hi: f64::from(*alpha) * f64::from(n), lo: 0.0 };
     let coverage = coverage.map(|alpha| alpha.iter().zip(samples).map(covered).collect());
     Ok((Film::from_pixels(window, pixels, coverage), metadata))
@@ -56,7 +54,7 @@ fn rebuild(image: &ExrImage) -> Result<(Film, Metadata), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, write_exr};
+    use crate::{BatchSum, RenderSettings, write_exr};
 
     fn film(batches: std::ops::Range<u32>) -> Film {
         let mut film = Film::of_window(Window::crop([5, 4], [1, 1, 4, 3]).unwrap());
@@ -71,10 +69,9 @@ mod tests {
 
     fn metadata(film: &Film) -> Metadata {
         let batches = film.degrees_of_freedom(0).round() as u32 + 1;
-        let mut metadata = Metadata { batches, sample_range: [0, 64], crop: Some([1, 1, 4, 3]), ..Metadata::default() };
-        metadata.settings.insert("width".into(), 5.into());
-        metadata.settings.insert("height".into(), 4.into());
-        metadata
+        let settings = RenderSettings { size: [5, 4], ..RenderSettings::default() };
+        let crop = Some([1, 1, 4, 3]);
+        Metadata { batches, sample_range: [0, 64], crop, settings: Some(settings), ..Metadata::default() }
     }
 
     #[test]
@@ -115,6 +112,9 @@ mod tests {
         assert!(rebuild(&image).unwrap_err().contains("no render of Surelight"));
         image.metadata = Some("{}".into());
         assert!(rebuild(&image).unwrap_err().contains("lacks layers"));
+        image.metadata = Some("{\"settings\":{\"width\":1}}".into());
+        assert!(rebuild(&image).unwrap_err().contains("an older version of Surelight"));
+        image.metadata = Some("{}".into());
         for name in ["R", "G", "B", "Samples.N", "Tail.Max", "Tail.Squares"] {
             image.channels.insert(name.into(), vec![f32::NAN]);
         }

@@ -1,16 +1,11 @@
 //! Whether two parts belong to one render: then, and only then, they may be joined or gone on with.
 
-use std::collections::BTreeSet;
+use std::fmt::Display;
 
-use serde_json::Value;
+use serde::Serialize;
 
-use crate::Metadata;
-
-/// Settings that name files. What the files hold is in the scene's hash; where they lie does not matter.
-const PLACES: [&str; 2] = ["scene", "env"];
-
-/// Settings that follow from when a render stops.
-const STOPPING: [&str; 4] = ["error", "confidence", "bound", "scrambles"];
+use crate::settings::{Camera, Environment, Lens};
+use crate::{Metadata, Precision, RenderSettings};
 
 /// What two renders must have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,11 +38,14 @@ pub struct Difference {
 pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Option<Difference> {
     let differing =
         |what: &str, a: String, b: String| (a != b).then(|| Difference { what: what.into(), first: a, second: b });
-    let texts: [Trait; 2] =
-        [("the version of Surelight", |m| m.version.clone()), ("the scene (by its hash)", |m| m.scene_hash.clone())];
+    let texts: [Trait; 3] = [
+        ("the version of Surelight", |m| m.version.clone()),
+        ("the version of the settings", |m| or_not_set(m.settings.as_ref().map(|settings| settings.version))),
+        ("the scene (by its hash)", |m| m.scene_hash.clone()),
+    ];
     let numbers = || {
         let planned = |m: &Metadata| m.part.as_ref().and_then(|part| part.planned_samples);
-        let spp = |m: &Metadata| planned(m).map_or("not set".into(), |spp| spp.to_string());
+        let spp = |m: &Metadata| or_not_set(planned(m));
         let seed = differing("--seed", first.seed.to_string(), second.seed.to_string());
         if sameness == Sameness::Plan {
             return seed;
@@ -69,8 +67,8 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Op
     let kernel: [Trait; 1] =
         [("the kernel (by its hash)", |m| m.part.as_ref().map_or_else(String::new, |part| part.kernel.clone()))];
     let list = |of: &[Trait]| of.iter().find_map(|(what, value)| differing(what, value(first), value(second)));
-    let excluded: &[&str] = if sameness == Sameness::Plan { &STOPPING } else { &[] };
-    let estimator = list(&texts).or_else(|| settings(first, second, excluded)).or_else(numbers);
+    let settings = || settings(first.settings.as_ref()?, second.settings.as_ref()?, sameness);
+    let estimator = list(&texts).or_else(settings).or_else(numbers);
     match sameness {
         Sameness::Bits => estimator.or_else(|| list(&device)).or_else(|| list(&kernel)),
         Sameness::Estimator => estimator,
@@ -78,42 +76,140 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Op
     }
 }
 
-fn settings(first: &Metadata, second: &Metadata, excluded: &[&str]) -> Option<Difference> {
-    let names: BTreeSet<&String> = first.settings.keys().chain(second.settings.keys()).collect();
-    let name = names.into_iter().find(|name| {
-        let counts = !PLACES.contains(&name.as_str()) && !excluded.contains(&name.as_str());
-        counts && first.settings.get(*name) != second.settings.get(*name)
-    })?;
-    let text = |value: Option<&Value>| match value {
-        None => "not set".to_owned(),
-        Some(Value::String(text)) => text.clone(),
-        Some(Value::Object(_)) => "set".to_owned(), // too long for a sentence
-        Some(value) => value.to_string(),
+/// A setting by which renders are told apart.
+struct Setting {
+    /// The option that sets it, or words where several do.
+    name: &'static str,
+    /// Its value; equal settings have equal values.
+    value: String,
+    /// Whether it follows from when the render stops.
+    is_stopping: bool,
+}
+
+/// All settings but the names of files: the hash of the scene covers what the files hold, and their
+/// place does not matter. The patterns name every field, so that a new one does not compile
+/// until it is listed here.
+fn table(settings: &RenderSettings) -> [Setting; 22] {
+    let RenderSettings {
+        version: _, // compared before
+        scene: _,
+        size: [width, height],
+        camera,
+        unclipped,
+        lens,
+        environment,
+        max_bounces,
+        integrator,
+        directions,
+        sampler,
+        one_sequence,
+        path_reuse,
+        adaptive,
+        transparent,
+        multiple_scattering,
+        max_radiance,
+        precision,
+    } = settings;
+    let (aperture, focus) = lens.map(|Lens { aperture, focus }| (aperture, focus)).unzip();
+    let (map, rotation, scale, sky) = match environment {
+        Environment::Scene => (None, None, None, None),
+        Environment::Uniform { radiance: [r, g, b] } => (None, None, None, Some(format!("{r},{g},{b}"))),
+        Environment::Map { file: _, rotation, scale } => (Some("set"), Some(rotation), Some(scale), None),
     };
-    let what = match name.as_str() {
-        "width" | "height" => format!("the image's {name}"),
-        "camera" => "the camera".to_owned(), // set by several options
-        "scrambles" => "the number of scrambles".to_owned(), // --one-scramble, or few samples
-        name => format!("--{name}"),
+    let (error, confidence, bound) = match precision {
+        None => (None, None, None),
+        Some(Precision { error, confidence, bound }) => (Some(error), Some(confidence), Some(word(bound))),
     };
-    match (text(first.settings.get(name)), text(second.settings.get(name))) {
-        (a, b) if a == b => Some(Difference { what, first: "one".into(), second: "another".into() }),
-        (a, b) => Some(Difference { what, first: a, second: b }),
-    }
+    let of = |name, value| Setting { name, value, is_stopping: false };
+    let stopping = |name, value| Setting { name, value, is_stopping: true };
+    let flag = |on: &bool| or_not_set(on.then_some(true));
+    let switch = |on: bool| if on { "on" } else { "off" }.to_owned();
+    let sequences = if *one_sequence { "one a pixel" } else { "one a batch" };
+    [
+        of("--size", format!("{width}x{height}")),
+        of(CAMERA, camera_text(camera)),
+        of("--clip", switch(!unclipped)),
+        of("--aperture", or_not_set(aperture)),
+        of("--focus", or_not_set(focus)),
+        of("--env", or_not_set(map)),
+        of("--env-rotate", or_not_set(rotation)),
+        of("--env-scale", or_not_set(scale)),
+        of("--sky", or_not_set(sky)),
+        of("--max-bounces", max_bounces.map_or_else(|| "unlimited".to_owned(), |n| n.to_string())),
+        of("--integrator", word(integrator)),
+        of("--directions", or_not_set(directions.as_ref().map(word))),
+        of("--sampler", word(sampler)),
+        stopping("the number of scrambles", sequences.to_owned()), // --one-scramble, or few samples
+        of("--shared-paths", switch(*path_reuse)),
+        of("--adaptive", flag(adaptive)),
+        of("--transparent", flag(transparent)),
+        of("--multiple-scattering", flag(multiple_scattering)),
+        of("--max-radiance", or_not_set(*max_radiance)),
+        stopping("--error", or_not_set(error)),
+        stopping("--confidence", or_not_set(confidence)),
+        stopping("--bound", or_not_set(bound)),
+    ]
+}
+
+/// What several options set, with a value too long for a sentence.
+const CAMERA: &str = "the camera";
+
+/// The camera's record; its pattern names every field.
+fn camera_text(Camera { name, to_world, projection }: &Camera) -> String {
+    serde_json::json!([name, to_world, projection]).to_string()
+}
+
+fn or_not_set(value: Option<impl Display>) -> String {
+    value.map_or_else(|| "not set".to_owned(), |value| value.to_string())
+}
+
+/// The word by which the record names a value.
+fn word(value: &impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// The first setting that differs.
+fn settings(first: &RenderSettings, second: &RenderSettings, sameness: Sameness) -> Option<Difference> {
+    let compared = |setting: &Setting| !(setting.is_stopping && sameness == Sameness::Plan);
+    let mut pairs = table(first).into_iter().zip(table(second)).filter(|(setting, _)| compared(setting));
+    let (first, second) = pairs.find(|(first, second)| first.value != second.value)?;
+    let (first, second, what) = match first.name {
+        CAMERA => ("one".to_owned(), "another".to_owned(), CAMERA),
+        name => (first.value, second.value, name),
+    };
+    Some(Difference { what: what.to_owned(), first, second })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Part;
+    use crate::settings::{Directions, Integrator, Projection, Sampler};
+    use crate::{Bound, Part};
+
+    fn metadata(settings: RenderSettings) -> Metadata {
+        Metadata { settings: Some(settings), part: Some(Part::default()), ..Metadata::default() }
+    }
+
+    /// The differences both ways, the second the mirror image of the first.
+    fn found(first: &Metadata, second: &Metadata, sameness: Sameness) -> Option<Difference> {
+        let found = difference(first, second, sameness);
+        let back = difference(second, first, sameness);
+        let mirrored = |d: Difference| match d.what.as_str() {
+            CAMERA => d, // one and another, either way
+            _ => Difference { first: d.second, second: d.first, what: d.what },
+        };
+        assert_eq!(back.map(mirrored), found);
+        found
+    }
 
     #[test]
     fn everything_that_shapes_the_bits_is_looked_at() {
-        let mut metadata = Metadata { part: Some(Part::default()), ..Metadata::default() };
-        metadata.settings.insert("sampler".into(), "sobol".into());
+        let metadata = metadata(RenderSettings::default());
         type Change = fn(&mut Metadata);
         let changes: [(&str, Change); 11] = [
-            ("version", |m| m.version = "9".into()),
+            ("version of Surelight", |m| m.version = "9".into()),
+            ("version of the settings", |m| m.settings.as_mut().unwrap().version = 0),
+            ("version of the settings", |m| m.settings = None),
             ("scene", |m| m.scene_hash = "f".into()),
             ("--seed", |m| m.seed = 1),
             ("--spp", |m| m.part.as_mut().unwrap().planned_samples = Some(3)),
@@ -122,30 +218,99 @@ mod tests {
             ("adapters", |m| m.mixed = vec!["a".into(), "b".into()]),
             ("extended", |m| m.extended_from = vec![64]),
             ("kernel", |m| m.part.as_mut().unwrap().kernel = "f".into()),
-            ("--sampler", |m| m.settings["sampler"] = "stratified".into()),
-            ("--max-radiance", |m| _ = m.settings.insert("max-radiance".into(), 9.into())),
         ];
         for (what, change) in changes {
             let mut other = metadata.clone();
             change(&mut other);
-            let found = difference(&metadata, &other, Sameness::Bits).unwrap();
-            assert!(found.what.contains(what), "{found:?}");
-            let back = difference(&other, &metadata, Sameness::Bits).map(|d| (d.second, d.first));
-            assert_eq!(back, Some((found.first, found.second)));
+            let difference = found(&metadata, &other, Sameness::Bits).unwrap();
+            assert!(difference.what.contains(what), "{difference:?}");
             let hardware = ["device", "driver", "adapters", "kernel"].contains(&what);
-            assert_eq!(difference(&metadata, &other, Sameness::Estimator).is_none(), hardware, "{what}");
+            assert_eq!(found(&metadata, &other, Sameness::Estimator).is_none(), hardware, "{what}");
             let plan = ["--spp", "extended", "kernel"].contains(&what);
-            assert_eq!(difference(&metadata, &other, Sameness::Plan).is_none(), plan, "{what}");
+            assert_eq!(found(&metadata, &other, Sameness::Plan).is_none(), plan, "{what}");
+        }
+    }
+
+    #[test]
+    fn every_setting_is_looked_at() {
+        let settings = RenderSettings {
+            lens: Some(Lens { aperture: 0.1, focus: 2.0 }),
+            environment: Environment::Map { file: "sky.hdr".into(), rotation: 0.0, scale: 1.0 },
+            precision: Some(Precision { error: 0.02, confidence: 0.95, bound: Bound::Clt }),
+            ..RenderSettings::default()
+        };
+        type Change = fn(&mut RenderSettings);
+        let map = |rotation, scale| Environment::Map { file: "sky.hdr".into(), rotation, scale };
+        let environments =
+            [map(90.0, 1.0), map(0.0, 2.0), Environment::Scene, Environment::Uniform { radiance: [1.0, 0.5, 0.0] }];
+        let whats = ["--env-rotate is 0, 90", "--env-scale is 1, 2", "--env is set, not set", "--env is set, not set"];
+        let environments = environments.map(|environment| RenderSettings { environment, ..settings.clone() });
+        let environments = whats.into_iter().zip(environments);
+        let changes: [(&str, Change); 24] = [
+            ("--size is 0x0, 1x0", |s| s.size[0] = 1),
+            ("--size is 0x0, 0x1", |s| s.size[1] = 1),
+            ("the camera is one, another", |s| s.camera.name = "a".into()),
+            ("the camera is one, another", |s| s.camera.to_world[11] = f64::MIN_POSITIVE),
+            ("the camera is one, another", |s| {
+                s.camera.projection = Projection::Perspective { yfov: 1.0, aspect: None };
+            }),
+            ("the camera is one, another", |s| {
+                s.camera.projection = Projection::Orthographic { xmag: 1.0, ymag: 1.0 };
+            }),
+            ("--clip is on, off", |s| s.unclipped = true),
+            ("--aperture is 0.1, not set", |s| s.lens = None),
+            ("--aperture is 0.1, 0.2", |s| s.lens.as_mut().unwrap().aperture = 0.2),
+            ("--focus is 2, 3", |s| s.lens.as_mut().unwrap().focus = 3.0),
+            ("--max-bounces is unlimited, 2", |s| s.max_bounces = Some(2)),
+            ("--integrator is mis, caustics", |s| s.integrator = Integrator::Caustics),
+            ("--directions is not set, bsdf", |s| s.directions = Some(Directions::Bsdf)),
+            ("--sampler is sobol, stratified", |s| s.sampler = Sampler::Stratified),
+            ("the number of scrambles is one a batch, one a pixel", |s| s.one_sequence = true),
+            ("--shared-paths is off, on", |s| s.path_reuse = true),
+            ("--adaptive is not set, true", |s| s.adaptive = true),
+            ("--transparent is not set, true", |s| s.transparent = true),
+            ("--multiple-scattering is not set, true", |s| s.multiple_scattering = true),
+            ("--max-radiance is not set, 0.3", |s| s.max_radiance = Some(0.3)),
+            ("--error is 0.02, not set", |s| s.precision = None),
+            ("--error is 0.02, 0.03", |s| s.precision.as_mut().unwrap().error = 0.03),
+            ("--confidence is 0.95, 0.99", |s| s.precision.as_mut().unwrap().confidence = 0.99),
+            ("--bound is clt, chebyshev", |s| s.precision.as_mut().unwrap().bound = Bound::Chebyshev),
+        ];
+        let changed = changes.into_iter().map(|(what, change)| {
+            let mut changed = settings.clone();
+            change(&mut changed);
+            (what, changed)
+        });
+        let mut names = Vec::new();
+        for (what, changed) in changed.chain(environments) {
+            let [first, second] = [&settings, &changed].map(|settings| metadata(settings.clone()));
+            let Difference { what: name, first: a, second: b } = found(&first, &second, Sameness::Bits).unwrap();
+            assert_eq!(format!("{name} is {a}, {b}"), what);
+            let stopping = ["--error", "--confidence", "--bound", "the number of scrambles"].contains(&name.as_str());
+            assert_eq!(found(&first, &second, Sameness::Plan).is_none(), stopping, "{what}");
+            names.push(name);
+        }
+        let sky = |x: f32| {
+            metadata(RenderSettings {
+                environment: Environment::Uniform { radiance: [1.0, x, 0.0] },
+                ..settings.clone()
+            })
+        };
+        let Difference { what, first, second } = found(&sky(0.5), &sky(0.25), Sameness::Bits).unwrap();
+        assert_eq!((what.as_str(), first.as_str(), second.as_str()), ("--sky", "1,0.5,0", "1,0.25,0"));
+        names.push(what);
+        for Setting { name, .. } in table(&settings) {
+            assert!(names.iter().any(|changed| changed == name), "no change of {name} is tested");
         }
     }
 
     #[test]
     fn place_samples_and_file_names_do_not_matter() {
-        let mut metadata = Metadata::default();
-        metadata.settings.insert("scene".into(), "a/box.glb".into());
-        let mut other = Metadata { sample_range: [3, 4], crop: Some([0, 0, 1, 1]), ..Metadata::default() };
-        other.settings.insert("scene".into(), "b/box.glb".into());
-        other.settings.insert("env".into(), "b/sky.hdr".into());
-        assert_eq!(difference(&metadata, &other, Sameness::Bits), None);
+        let of = |folder: &str| {
+            let environment = Environment::Map { file: format!("{folder}/sky.hdr"), rotation: 0.0, scale: 1.0 };
+            metadata(RenderSettings { scene: format!("{folder}/box.glb"), environment, ..RenderSettings::default() })
+        };
+        let other = Metadata { sample_range: [3, 4], crop: Some([0, 0, 1, 1]), ..of("b") };
+        assert_eq!(difference(&of("a"), &other, Sameness::Bits), None);
     }
 }

@@ -2,17 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::ExposureRecord;
+use crate::{ExposureRecord, RenderSettings};
 
-/// Name of the setting of pictures whose pixels share paths within 2×2 squares.
-pub const SHARED_PATHS: &str = "shared-paths";
-
-/// Name of the setting of pictures whose environment does not show.
-pub const TRANSPARENT: &str = "transparent";
-
-/// Contents of the JSON text attribute `surelight` of an EXR.
-///
-/// Keys of `settings` are written in alphabetical order, so equal metadata are equal bytes.
+/// Contents of the JSON text attribute `surelight` of an EXR. Equal metadata are equal bytes.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Metadata {
@@ -20,8 +12,10 @@ pub struct Metadata {
     pub version: String,
     /// Hash of the scene as loaded.
     pub scene_hash: String,
-    /// Options that shape the picture, by name.
-    pub settings: serde_json::Map<String, serde_json::Value>,
+    /// Settings that shape the picture; `None` in files of other than a single render, such as the
+    /// reference of a benchmark.
+    #[serde(deserialize_with = "RenderSettings::read", skip_serializing_if = "Option::is_none")]
+    pub settings: Option<RenderSettings>,
     /// Seed of all samples.
     pub seed: u64,
     /// First sample index and the one after the last.
@@ -50,6 +44,29 @@ pub struct Metadata {
     /// Of a part of a render: what it takes to go on, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,
+}
+
+impl Metadata {
+    /// Whether the pixels of each 2×2 square share paths.
+    pub fn reuses_paths(&self) -> bool {
+        self.settings.as_ref().is_some_and(|settings| settings.path_reuse)
+    }
+
+    /// Whether the environment is hidden from the camera, and alpha is coverage.
+    pub fn is_transparent(&self) -> bool {
+        self.settings.as_ref().is_some_and(|settings| settings.transparent)
+    }
+
+    /// Whether all batches of a pixel are pieces of one sequence: the estimated variance is then
+    /// an upper bound.
+    pub fn has_one_sequence(&self) -> bool {
+        self.settings.as_ref().is_some_and(|settings| settings.one_sequence)
+    }
+
+    /// Refuses settings in another format than this version reads.
+    pub(crate) fn check_settings(&self) -> Result<(), String> {
+        self.settings.as_ref().map_or(Ok(()), RenderSettings::check)
+    }
 }
 
 /// What an unfinished picture says of the render that it belongs to. Its place and its samples stand in

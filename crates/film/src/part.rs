@@ -10,7 +10,7 @@ use crate::error::io_cause;
 use crate::exr::{attribute_text, cause_of, check_claim, to_floats};
 use crate::moments::WORDS;
 use crate::words::{COVERAGE_WORDS, checksum, coverage_of_words, word_name};
-use crate::{Features, Film, Metadata, PixelMoments, ReadError, TRANSPARENT, Window};
+use crate::{Features, Film, Metadata, PixelMoments, ReadError, Window};
 
 /// Values (pixels times channels) beyond which a file is refused: 16 GiB, 60 million pixels.
 const MAX_VALUES: u64 = 1 << 32;
@@ -20,7 +20,7 @@ const NO_PART: &str = "it is no part of a render (--samples, --crop with --spp, 
 /// Reads what a part says of itself, and where it lies, without its pixels.
 ///
 /// # Errors
-/// Where the file is missing, damaged or no part of a render.
+/// Where the file is missing, damaged, no part of a render, or has settings in another format.
 pub fn read_part_header(path: &Path) -> Result<(Metadata, Window), ReadError> {
     let fail = |cause: String| ReadError::new(path, cause);
     let file = std::fs::File::open(path).map_err(|error| fail(io_cause(&error)))?;
@@ -34,8 +34,10 @@ pub fn read_part_header(path: &Path) -> Result<(Metadata, Window), ReadError> {
 
 /// What the attribute says, if it agrees with the file's data window.
 fn judge_header(json: Option<&str>, corner: [i32; 2], size: [usize; 2]) -> Result<(Metadata, Window), String> {
-    let metadata: Metadata = serde_json::from_str(json.ok_or(NO_PART)?).map_err(|_| NO_PART.to_owned())?;
+    let metadata: Metadata = serde_json::from_str(json.ok_or(NO_PART)?)
+        .map_err(|_| "it is damaged: its metadata cannot be read".to_owned())?;
     let whole = metadata.part.as_ref().ok_or(NO_PART)?.size;
+    metadata.check_settings()?;
     let edges = metadata.crop.unwrap_or([0, 0, whole[0], whole[1]]);
     let damaged = || "it is damaged: what it says of its place is not where its pixels are".to_owned();
     let window = Window::crop(whole, edges).ok_or_else(damaged)?;
@@ -47,7 +49,7 @@ fn judge_header(json: Option<&str>, corner: [i32; 2], size: [usize; 2]) -> Resul
 /// Reads a part of a render, every bit of it.
 ///
 /// # Errors
-/// Where the file is missing, damaged or no part of a render.
+/// Where the file is missing, damaged, no part of a render, or has settings in another format.
 pub fn read_part(path: &Path) -> Result<(Film, Metadata), ReadError> {
     let fail = |cause: String| ReadError::new(path, cause);
     let bytes = std::fs::read(path).map_err(|error| fail(io_cause(&error)))?;
@@ -84,7 +86,7 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
     };
     let words = words_of(0..WORDS)?;
     let count = window.area() as usize;
-    let coverage = match metadata.settings.contains_key(TRANSPARENT) {
+    let coverage = match metadata.is_transparent() {
         true => {
             let words = words_of(WORDS..WORDS + COVERAGE_WORDS)?;
             let sum = |i: usize| coverage_of_words(std::array::from_fn(|word| words[word][i]));
@@ -187,6 +189,18 @@ mod tests {
             let cause = decode_part(&bytes).unwrap_err();
             assert!(cause.contains(words), "{cause}");
         }
+    }
+
+    #[test]
+    fn settings_of_another_version_are_refused() {
+        let header = |settings: &str| {
+            let json = format!("{{\"settings\":{settings},\"part\":{{\"size\":[2,2]}}}}");
+            judge_header(Some(&json), [0, 0], [2, 2])
+        };
+        assert!(header("{\"version\":1}").is_ok());
+        assert!(header("{\"width\":2,\"sampler\":\"sobol\"}").unwrap_err().contains("an older version of Surelight"));
+        assert!(header("{\"version\":2}").unwrap_err().contains("have version 2"));
+        assert!(header("{\"version\":1,\"sampler\":2}").unwrap_err().contains("damaged"));
     }
 
     /// Whatever is damaged is told, or has no effect on what is read.

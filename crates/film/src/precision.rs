@@ -1,6 +1,7 @@
 //! How narrow the intervals of an image are, and when that is narrow enough.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use surelight_estimate::{chebyshev_half_width, student_t_quantile};
 
 use crate::{Certificate, Film, luminance};
@@ -16,7 +17,8 @@ pub const CERTIFIED_SHARE: f64 = 0.5;
 pub const LUMINANCE_FLOOR: f64 = 0.1;
 
 /// What makes an interval of a standard error.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Bound {
     /// Student's t: the mean of many samples is about normal (central limit theorem).
     #[default]
@@ -37,7 +39,8 @@ impl Bound {
 
 /// A precision to stop at: nine tenths of the certified pixels have an interval at `confidence` whose half-width is at most
 /// `error` times their luminance (or a tenth of the picture's mean, if that is more), and at least half of all pixels are certified.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Precision {
     /// Relative half-width: 0.02 is 2 %.
     pub error: f64,

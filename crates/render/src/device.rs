@@ -66,12 +66,34 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
     AdapterInfo {
         name: info.name,
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
-        backend: format!("{:?}", info.backend),
-        kind: format!("{:?}", info.device_type),
+        backend: backend_name(info.backend).to_owned(),
+        kind: kind_name(info.device_type).to_owned(),
         is_cpu: info.device_type == wgpu::DeviceType::Cpu,
         max_binding: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
         max_image_side: limits.max_texture_dimension_2d,
         timestamps: adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY),
+    }
+}
+
+/// The name by which reports keep a backend.
+fn backend_name(backend: wgpu::Backend) -> &'static str {
+    match backend {
+        wgpu::Backend::Noop => "Noop",
+        wgpu::Backend::Vulkan => "Vulkan",
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Dx12",
+        wgpu::Backend::Gl => "Gl",
+        wgpu::Backend::BrowserWebGpu => "BrowserWebGpu",
+    }
+}
+
+fn kind_name(kind: wgpu::DeviceType) -> &'static str {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => "DiscreteGpu",
+        wgpu::DeviceType::IntegratedGpu => "IntegratedGpu",
+        wgpu::DeviceType::VirtualGpu => "VirtualGpu",
+        wgpu::DeviceType::Cpu => "Cpu",
+        wgpu::DeviceType::Other => "Other",
     }
 }
 

@@ -5,6 +5,18 @@ use surelight_scene::{Environment, Scene, load_environment_with_warnings};
 use crate::error::Error;
 use crate::options::LightArgs;
 
+impl LightArgs {
+    /// Rotation of the map about the vertical axis, degrees.
+    pub(crate) fn env_rotation(&self) -> f32 {
+        self.env_rotate.unwrap_or(0.0)
+    }
+
+    /// Factor on the radiance of the map.
+    pub(crate) fn env_scale(&self) -> f32 {
+        self.env_scale.unwrap_or(1.0)
+    }
+}
+
 /// Sets the scene's environment as the options say; returns what was decided without being asked.
 pub(crate) fn set(scene: &mut Scene, args: &LightArgs) -> Result<Option<String>, Error> {
     if let Some(file) = &args.env {
@@ -12,8 +24,8 @@ pub(crate) fn set(scene: &mut Scene, args: &LightArgs) -> Result<Option<String>,
         scene.warnings.extend(warnings);
         scene.environment = Some(Environment::Map {
             map: map.into(),
-            rotation: args.env_rotate.unwrap_or(0.0).to_radians(),
-            scale: args.env_scale.unwrap_or(1.0),
+            rotation: args.env_rotation().to_radians(),
+            scale: args.env_scale(),
         });
     } else if let Some(radiance) = args.sky {
         scene.environment = Some(Environment::Uniform(radiance));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use surelight_film::{MergePlan, PartFile, Sameness, TRANSPARENT};
+use surelight_film::{MergePlan, PartFile, Sameness};
 
 use crate::error::Error;
 use crate::exposure::{self, Automatic, Exposure, Hint};
@@ -49,7 +49,7 @@ pub(crate) struct MergeArgs {
 pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     output::check(&args.output, &args.parts)?;
     let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
-    let transparent = parts.iter().any(|part| part.metadata.settings.contains_key(TRANSPARENT));
+    let transparent = parts.iter().any(|part| part.metadata.is_transparent());
     let plan = MergePlan::new(parts, if args.mixed { Sameness::Estimator } else { Sameness::Bits })?;
     render::check_memory(&plan.window, transparent)?;
     let (missing, samples) = (plan.missing, plan.samples);
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     render::write(&args.output, &film, &exposed.display, &metadata)?;
 
     let whole = film.window().whole;
-    let one_sequence = metadata.settings.contains_key("scrambles");
+    let one_sequence = metadata.has_one_sequence();
     let merged = Merged {
         outputs: args.output.iter().map(|output| output.path.display().to_string()).collect(),
         parts: args.parts.len(),

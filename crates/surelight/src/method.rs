@@ -1,6 +1,7 @@
 //! How paths are sampled: `--integrator`, `--directions`, `--sampler`, and what follows for what may be claimed of the picture.
 
 use clap::{Args, ValueEnum};
+use surelight_film::settings as record;
 use surelight_render as render;
 use surelight_scene::Scene;
 
@@ -59,6 +60,53 @@ pub(crate) enum Sampler {
     Stratified,
     /// Owen-scrambled Sobol points (low discrepancy)
     Sobol,
+}
+
+impl Integrator {
+    /// As files record it. `Auto` is never recorded: the scene has decided by then.
+    pub(crate) fn recorded(self) -> record::Integrator {
+        match self {
+            Self::Hemisphere => record::Integrator::Hemisphere,
+            Self::Area => record::Integrator::Area,
+            Self::Mis | Self::Auto => record::Integrator::Mis,
+            Self::Caustics => record::Integrator::Caustics,
+            Self::Whitted => record::Integrator::Whitted,
+        }
+    }
+}
+
+impl From<record::Integrator> for Integrator {
+    fn from(integrator: record::Integrator) -> Self {
+        match integrator {
+            record::Integrator::Hemisphere => Self::Hemisphere,
+            record::Integrator::Area => Self::Area,
+            record::Integrator::Mis => Self::Mis,
+            record::Integrator::Caustics => Self::Caustics,
+            record::Integrator::Whitted => Self::Whitted,
+        }
+    }
+}
+
+impl Directions {
+    /// As files record them.
+    pub(crate) fn recorded(self) -> record::Directions {
+        match self {
+            Self::Uniform => record::Directions::Uniform,
+            Self::Cosine => record::Directions::Cosine,
+            Self::Bsdf => record::Directions::Bsdf,
+        }
+    }
+}
+
+impl Sampler {
+    /// As files record it.
+    pub(crate) fn recorded(self) -> record::Sampler {
+        match self {
+            Self::Independent => record::Sampler::Independent,
+            Self::Stratified => record::Sampler::Stratified,
+            Self::Sobol => record::Sampler::Sobol,
+        }
+    }
 }
 
 /// The word that a value is chosen with.
@@ -167,9 +215,11 @@ fn surface_light(scene: &Scene) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
+    use surelight_film as film;
     use surelight_scene::{Environment, Light, LightKind};
 
     use super::*;
+    use crate::stopping::Bound;
 
     fn method(integrator: Integrator, directions: Option<Directions>) -> MethodArgs {
         MethodArgs { integrator, directions, sampler: Sampler::Sobol }
@@ -190,6 +240,26 @@ mod tests {
         }
         scene.lights.clear();
         assert_eq!((hemisphere.warning(&scene), hemisphere.bias(&scene)), (None, None));
+    }
+
+    /// Messages about files then name values as the user types them.
+    #[test]
+    fn words_of_files_are_those_of_the_options() {
+        for &integrator in Integrator::value_variants() {
+            if integrator != Integrator::Auto {
+                assert_eq!(serde_json::json!(integrator.recorded()), word(integrator));
+                assert_eq!(Integrator::from(integrator.recorded()), integrator);
+            }
+        }
+        for &directions in Directions::value_variants() {
+            assert_eq!(serde_json::json!(directions.recorded()), word(directions));
+        }
+        for &sampler in Sampler::value_variants() {
+            assert_eq!(serde_json::json!(sampler.recorded()), word(sampler));
+        }
+        for (bound, option) in [(film::Bound::Clt, Bound::Clt), (film::Bound::Chebyshev, Bound::Chebyshev)] {
+            assert_eq!(serde_json::json!(bound), word(option));
+        }
     }
 
     #[test]

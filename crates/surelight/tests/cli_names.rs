@@ -7,7 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use common::{Folder, Ran, cornell_box};
-use surelight_film::{read_exr, read_part};
+use surelight_film::settings::Environment;
+use surelight_film::{Metadata, read_exr, read_part};
 
 /// Options of a render that takes no time.
 const SMALL: [&str; 5] = ["--size", "8x8", "--spp", "2", "--quiet"];
@@ -22,6 +23,13 @@ fn run<S: AsRef<OsStr>>(folder: &Folder, words: &[S]) -> Ran {
 
 fn words(list: &[&OsStr]) -> Vec<OsString> {
     list.iter().copied().map(OsString::from).chain(SMALL.map(OsString::from)).collect()
+}
+
+/// Names of the scene and of the environment map that a file records.
+fn names(metadata: Metadata) -> [String; 2] {
+    let settings = metadata.settings.unwrap();
+    let Environment::Map { file, .. } = settings.environment else { panic!("{settings:?}") };
+    [settings.scene, file]
 }
 
 /// A map of one colour.
@@ -43,8 +51,7 @@ fn scenes_folders_and_maps_have_names_in_any_script() {
         assert_eq!(summary["outputs"], serde_json::json!([format!("{name}.png"), format!("{name}.exr")]));
 
         let metadata = read_exr(&folder.path(&format!("{name}.exr"))).unwrap().surelight_metadata().unwrap();
-        assert_eq!(metadata.settings["scene"], *scene);
-        assert_eq!(metadata.settings["env"], *sky);
+        assert_eq!(names(metadata), [scene, sky]);
     }
 }
 
@@ -62,12 +69,12 @@ fn parts_with_names_in_any_script_are_merged_compared_and_resumed() {
     run(&folder, &["compare", "全.exr", "一.exr"]).succeeded();
     let [merged, whole] = ["全.exr", "一.exr"].map(|name| read_exr(&folder.path(name)).unwrap());
     assert_eq!(merged.channels["R"], whole.channels["R"]);
-    assert_eq!(merged.surelight_metadata().unwrap().settings["scene"], "日本.glb");
+    assert_eq!(merged.surelight_metadata().unwrap().settings.unwrap().scene, "日本.glb");
 
     let line = ["日本.glb", "-o", "続.exr", "--size", "8x8", "--spp", "1000000", "--time", "0.5s", "--quiet"];
     assert_eq!(run(&folder, &line).code, Some(3));
     let (_, metadata) = read_part(&folder.path("続.checkpoint.exr")).unwrap();
-    assert_eq!(metadata.settings["scene"], "日本.glb");
+    assert_eq!(metadata.settings.unwrap().scene, "日本.glb");
     let before = metadata.sample_range[1];
     let ran = run(&folder, &[&line[..], &["--resume"]].concat());
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(3), ""));
@@ -84,7 +91,7 @@ fn cameras_have_names_in_any_script() {
         fs::write(folder.path("a.glb"), surelight_scenes::glb::encode(&scene, "").unwrap()).unwrap();
         run(&folder, &words(&["a.glb", "--camera", name, "-o", "a.exr"].map(OsStr::new))).succeeded();
         let metadata = read_exr(&folder.path("a.exr")).unwrap().surelight_metadata().unwrap();
-        assert_eq!(metadata.settings["camera"]["name"], name);
+        assert_eq!(metadata.settings.unwrap().camera.name, name);
     }
 }
 
@@ -106,8 +113,7 @@ fn paths_need_not_be_utf_8() {
     assert_eq!(summary["outputs"][0], "\u{fffd}\u{fffd}.png");
     assert!(at(&named(b".png")).is_file());
     let metadata = read_exr(&at(&named(b".exr"))).unwrap().surelight_metadata().unwrap();
-    assert_eq!(metadata.settings["scene"], "\u{fffd}\u{fffd}.glb");
-    assert_eq!(metadata.settings["env"], "\u{fffd}\u{fffd}.hdr");
+    assert_eq!(names(metadata), ["\u{fffd}\u{fffd}.glb", "\u{fffd}\u{fffd}.hdr"]);
 
     let output = named(b"2.exr");
     run(&folder, &words(&[OsStr::new("render"), &scene, OsStr::new("-o"), &output])).succeeded();

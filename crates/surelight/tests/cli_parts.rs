@@ -170,6 +170,29 @@ fn parts_of_two_adapters_merge_on_request() {
     folder.run("merge a.exr b.exr -o m.exr --mixed").failed_with(&["--seed"]);
 }
 
+/// Pictures with settings of another version are compared, but not merged or resumed.
+#[test]
+fn settings_of_another_version_are_refused() {
+    let folder = Folder::new();
+    let options = "--samples 0..8 -o a.exr";
+    box_of(&folder, 16, options).succeeded();
+    let (film, mut metadata) = surelight_film::read_part(&folder.path("a.exr")).unwrap();
+    metadata.settings.as_mut().unwrap().version = 7;
+    for name in ["b.exr", "a.checkpoint.exr"] {
+        surelight_film::write_exr(&folder.path(name), &film, &metadata).unwrap();
+    }
+    let words = "settings have version 7";
+    folder.run("merge a.exr b.exr -o m.exr").failed_with(&["b.exr", words]);
+    box_of(&folder, 16, &format!("{options} --resume")).failed_with(&["a.checkpoint.exr", words]);
+    folder.run("compare a.exr b.exr").succeeded();
+
+    // A finished image of another version is replaced, with a note.
+    let finished = surelight_film::Metadata { part: None, ..metadata };
+    surelight_film::write_exr(&folder.path("c.exr"), &film, &finished).unwrap();
+    let ran = folder.run("{box} --size 37x29 --spp 16 -o c.exr --resume").succeeded();
+    assert!(ran.stderr.contains("version of the settings is 7 there and 1 here"), "{ran:#?}");
+}
+
 #[test]
 fn where_a_part_may_be_cut_is_told() {
     let folder = Folder::new();
@@ -309,7 +332,7 @@ fn transparent_parts_merge_and_resume_to_the_whole() {
         }
     }
     let whole = read_exr(&folder.path("whole.exr")).unwrap();
-    assert_eq!(whole.surelight_metadata().unwrap().settings["transparent"], true);
+    assert!(whole.surelight_metadata().unwrap().is_transparent());
     let alpha = &whole.channels["A"];
     assert!(alpha.contains(&0.0) && alpha.contains(&1.0) && alpha.iter().any(|&a| a > 0.0 && a < 1.0));
 
@@ -328,6 +351,6 @@ fn a_picture_without_the_option_has_no_coverage() {
     box_of(&folder, 16, "-o a.exr -o a.png --samples 0..4").succeeded();
     let image = read_exr(&folder.path("a.exr")).unwrap();
     assert!(image.channels["A"].iter().all(|&a| a == 1.0));
-    assert!(image.surelight_metadata().unwrap().settings.get("transparent").is_none());
+    assert!(!image.surelight_metadata().unwrap().is_transparent());
     assert!(!image::open(folder.path("a.png")).unwrap().color().has_alpha());
 }

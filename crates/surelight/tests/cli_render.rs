@@ -167,7 +167,7 @@ fn adaptive_samples_are_told_of() {
     assert_eq!(summary["pixel_samples"], serde_json::json!([least as u64, most as u64]));
     assert_eq!(summary["spp"], 64);
     assert_eq!(summary["paths"].as_u64(), Some(counts.iter().map(|&n| n as u64).sum()), "{summary}");
-    assert_eq!(exr.surelight_metadata().unwrap().settings["adaptive"], true);
+    assert!(exr.surelight_metadata().unwrap().settings.unwrap().adaptive);
     let loud = far.replace(" --quiet", "");
     let ran = folder.run(&format!("{loud} --spp 64 --adaptive -o a.png")).succeeded();
     assert!(ran.stdout.contains(&format!("64 a pixel, {least} to {most} by noise")), "{}", ran.stdout);
@@ -199,10 +199,9 @@ fn clipping_planes_are_followed_and_can_be_put_off() {
         (told, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
     };
     let (told, shown, metadata) = render("");
-    assert!(told && !shown && !metadata.settings.contains_key("clip"));
+    assert!(told && !shown && !metadata.settings.unwrap().unclipped);
     let (told, shown, metadata) = render("--clip off");
-    assert!(!told && shown);
-    assert_eq!(metadata.settings["clip"], "off");
+    assert!(!told && shown && metadata.settings.unwrap().unclipped);
 }
 
 /// The exposure that `auto` chooses is in the summary and in both files, and typed as a number it

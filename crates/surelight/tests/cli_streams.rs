@@ -118,7 +118,7 @@ fn scenes_come_from_standard_input() {
     let [file, stream] = ["a.exr", "stdin.exr"].map(|name| read_exr(&folder.path(name)).unwrap());
     assert_eq!(file.channels, stream.channels);
     let metadata = stream.surelight_metadata().unwrap();
-    assert_eq!(metadata.settings["scene"], "standard input");
+    assert_eq!(metadata.settings.unwrap().scene, "standard input");
     assert_eq!(metadata.scene_hash, file.surelight_metadata().unwrap().scene_hash);
 
     let told = Ran::from(run(&folder, "info -", &glb)).succeeded().stdout;

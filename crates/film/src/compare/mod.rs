@@ -13,7 +13,7 @@ pub use heat::{heat_color, heat_map};
 pub use metrics::Metrics;
 pub use verdict::{Outcome, Tile, Verdict};
 
-use crate::{Display, ExrImage, SHARED_PATHS};
+use crate::{Display, ExrImage, Metadata};
 
 /// Two pictures that cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -74,7 +74,7 @@ impl<'a> Picture<'a> {
         let rgb = image.rgb("").ok_or(CompareError::NoPicture("the image"))?;
         let (width, height) = (image.width, image.height);
         let metadata = image.surelight_metadata();
-        let shares = metadata.as_ref().is_some_and(|metadata| metadata.settings.contains_key(SHARED_PATHS));
+        let shares = metadata.as_ref().is_some_and(Metadata::reuses_paths);
         let squares = shares.then(|| image.position.map(|at| at.rem_euclid(2) as usize));
         if let Some(file) = variance {
             if (file.width, file.height) != (width, height) {

@@ -9,8 +9,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use surelight_film::{
-    Difference, Film, Metadata, SHARED_PATHS, Sameness, difference, read_finished, read_part_header, remove_leftovers,
-    write_exr,
+    Difference, Film, Metadata, Sameness, difference, read_finished, read_part_header, remove_leftovers, write_exr,
 };
 use surelight_render::{Counts, Standing};
 
@@ -155,11 +154,9 @@ impl Earlier {
     /// The options with what the earlier run decided where they leave it open.
     pub(super) fn decided(&self, args: &RenderArgs) -> RenderArgs {
         let mut args = args.clone();
-        let integrator = self.metadata.settings.get("integrator").and_then(|word| word.as_str());
-        if let (method::Integrator::Auto, Some(word)) = (args.method.integrator, integrator)
-            && let Ok(integrator) = clap::ValueEnum::from_str(word, false)
-        {
-            args.method.integrator = integrator;
+        let settings = self.metadata.settings.as_ref().filter(|settings| settings.is_current());
+        if let (method::Integrator::Auto, Some(settings)) = (args.method.integrator, settings) {
+            args.method.integrator = settings.integrator.into();
         }
         if args.shared_paths == SharedPaths::Auto {
             args.shared_paths = if self.shares_paths() { SharedPaths::On } else { SharedPaths::Off };
@@ -174,7 +171,7 @@ impl Earlier {
 
     /// Whether pixels use one another's paths.
     pub(super) fn shares_paths(&self) -> bool {
-        self.metadata.settings.contains_key(SHARED_PATHS)
+        self.metadata.reuses_paths()
     }
 
     /// Why the render of `record` cannot extend it.
@@ -215,7 +212,7 @@ fn read_exr_metadata(path: &Path) -> Option<Metadata> {
     if let Ok((metadata, _)) = read_part_header(path) {
         return Some(metadata);
     }
-    surelight_film::read_exr_header(path).ok()?.surelight_metadata().filter(|m| !m.settings.is_empty())
+    surelight_film::read_exr_header(path).ok()?.surelight_metadata().filter(|m| m.settings.is_some())
 }
 
 /// The name of the checkpoint of an output with this stem: the same in every run.

@@ -1,12 +1,13 @@
 //! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
 
-use serde_json::{Map, Value, json};
-use surelight_film::{Film, Metadata, Part, SHARED_PATHS, TRANSPARENT, Window};
+use surelight_film::settings::{Camera, Environment, Lens, Projection};
+use surelight_film::{Film, Metadata, Part, RenderSettings, Window};
 use surelight_render::{Counts, Device, Standing};
+use surelight_scene as scene;
 
 use crate::fingerprint;
-use crate::method::{MethodArgs, word};
-use crate::options::{Clip, RenderArgs};
+use crate::method::{Directions, MethodArgs};
+use crate::options::{Clip, LightArgs, RenderArgs};
 
 use super::prepare::Loaded;
 
@@ -43,7 +44,7 @@ impl Record {
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene_hash: loaded.scene_hash.clone(),
-            settings: settings(args, method, loaded, shared_paths),
+            settings: Some(settings(args, method, loaded, shared_paths)),
             seed: args.seed.into(),
             crop: (!window.is_all()).then(|| window.edges()),
             device: device.info.name.clone(),
@@ -62,7 +63,7 @@ impl Record {
 
     /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they planned.
     pub(super) fn after(&mut self, earlier: &Metadata, paths: u64, extends: bool) {
-        self.one_sequence |= earlier.settings.contains_key("scrambles");
+        self.one_sequence |= earlier.has_one_sequence();
         self.base.extended_from.clone_from(&earlier.extended_from);
         if extends {
             self.base.extended_from.push(earlier.sample_range[1]);
@@ -78,7 +79,7 @@ impl Record {
 
     /// Whether pixels use one another's paths.
     pub(super) fn shares_paths(&self) -> bool {
-        self.base.settings.contains_key(SHARED_PATHS)
+        self.base.reuses_paths()
     }
 
     /// Options in force that make the expected image another than the true one.
@@ -114,39 +115,50 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
     integrator.into_iter().chain(bounces).chain(clamp).chain(loaded.missing.iter().cloned()).collect()
 }
 
-/// What shapes the picture, by the names of the options.
-fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, shared_paths: bool) -> Map<String, Value> {
+/// What shapes the picture.
+fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, path_reuse: bool) -> RenderSettings {
     let view = &loaded.view;
-    let camera = json!({
-        "name": view.camera.name,
-        "to_world": view.camera.to_world.to_cols_array(),
-        "projection": format!("{:?}", view.camera.projection),
-    });
-    let all = [
-        ("scene", json!(args.scene.name().display().to_string())),
-        ("width", json!(view.size.width)),
-        ("height", json!(view.size.height)),
-        ("max-bounces", args.max_bounces.0.map_or(json!("unlimited"), |n| json!(n))),
-        ("camera", camera),
-        ("aperture", json!(view.lens.map(|lens| lens.aperture))),
-        ("focus", json!(view.lens.map(|lens| lens.focus))),
-        ("clip", json!((args.camera.clip == Clip::Off).then(|| word(Clip::Off)))),
-        ("env", json!(args.light.env.as_ref().map(|env| env.display().to_string()))),
-        ("env-rotate", json!(args.light.env_rotate)),
-        ("env-scale", json!(args.light.env_scale)),
-        ("sky", json!(loaded.sky())),
-        ("max-radiance", json!(args.max_radiance)),
-        ("multiple-scattering", json!(args.multiple_scattering.then_some(true))),
-        ("integrator", json!(word(method.integrator))),
-        ("directions", json!(method.directions_in_force().map(word))),
-        ("sampler", json!(word(method.sampler))),
-        ("scrambles", json!(args.is_one_sequence().then_some(1))),
-        (SHARED_PATHS, json!(shared_paths.then_some(true))),
-        ("adaptive", json!(args.adaptive.then_some(true))),
-        (TRANSPARENT, json!(args.transparent.then_some(true))),
-        ("error", json!(args.stop.error)),
-        ("confidence", json!(args.stop.error.map(|_| args.stop.confidence()))),
-        ("bound", json!(args.stop.bound.map(word))),
-    ];
-    all.into_iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.to_owned(), value)).collect()
+    RenderSettings {
+        version: RenderSettings::VERSION,
+        scene: args.scene.name().display().to_string(),
+        size: [view.size.width, view.size.height],
+        camera: camera(&view.camera),
+        unclipped: args.camera.clip == Clip::Off,
+        lens: view.lens.map(|lens| Lens { aperture: lens.aperture, focus: lens.focus }),
+        environment: environment(&args.light, loaded),
+        max_bounces: args.max_bounces.0,
+        integrator: method.integrator.recorded(),
+        directions: method.directions_in_force().map(Directions::recorded),
+        sampler: method.sampler.recorded(),
+        one_sequence: args.is_one_sequence(),
+        path_reuse,
+        adaptive: args.adaptive,
+        transparent: args.transparent,
+        multiple_scattering: args.multiple_scattering,
+        max_radiance: args.max_radiance,
+        precision: args.stop.precision(),
+    }
+}
+
+fn camera(camera: &scene::Camera) -> Camera {
+    Camera {
+        name: camera.name.clone(),
+        to_world: camera.to_world.to_cols_array(),
+        projection: match camera.projection {
+            scene::Projection::Perspective { yfov, aspect } => Projection::Perspective { yfov, aspect },
+            scene::Projection::Orthographic { xmag, ymag } => Projection::Orthographic { xmag, ymag },
+        },
+    }
+}
+
+fn environment(args: &LightArgs, loaded: &Loaded) -> Environment {
+    match (&args.env, loaded.sky()) {
+        (Some(file), _) => Environment::Map {
+            file: file.display().to_string(),
+            rotation: args.env_rotation(),
+            scale: args.env_scale(),
+        },
+        (None, Some(radiance)) => Environment::Uniform { radiance },
+        (None, None) => Environment::Scene,
+    }
 }
