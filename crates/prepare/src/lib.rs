@@ -6,7 +6,7 @@
 //! needs exactly this; `surelight-render` is the one that uses wgpu.
 //!
 //! ```
-//! use surelight_prepare::{KernelKey, Part, compose, path_kernel};
+//! use surelight_prepare::{KernelKey, Part};
 //!
 //! let key = KernelKey::from_names(&["clearcoat", "punctual_lights"])?;
 //! assert!(key.has(Part::Ggx) && key.has(Part::LightSampling));
