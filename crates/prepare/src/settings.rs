@@ -89,7 +89,7 @@ pub struct Settings {
     /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
     pub shared_paths: SharedPaths,
-    /// Whether some pixels get more samples than others, as [`crate::Renderer::adapt`] finds worth while. Particles from lights are not for
+    /// Whether some pixels get more samples than others, as `surelight_render::Renderer::adapt` finds worth while. Particles from lights are not for
     /// one pixel: they stay as many.
     pub adaptive: bool,
     /// Whether the environment lights the scene without showing to the camera. The film then has
