@@ -34,8 +34,12 @@ fn is_well_formed(html: &str) -> Result<(), String> {
                 return Err(format!("</{name}> closes something else"));
             }
         } else if !tag.ends_with('/') {
+            /// Elements without an end tag (HTML Living Standard, 13.1.2).
+            const VOID: [&str; 6] = ["br", "col", "hr", "img", "link", "meta"];
             let name = tag.split_whitespace().next().unwrap_or_default();
-            open.push(name);
+            if !VOID.contains(&name) {
+                open.push(name);
+            }
             if name == "style" {
                 rest = &rest[rest.find("</style>").ok_or("style does not end")?..];
             }
