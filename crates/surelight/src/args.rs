@@ -14,7 +14,7 @@ use crate::method::Sampler;
 use crate::options::{DevicesArgs, InfoArgs, RenderArgs};
 use crate::parse;
 
-/// The program with its commands; options of `render` are added in [`parse`].
+/// The program with its commands; options of `render` are added in [`parse()`].
 #[derive(Debug, Parser)]
 #[command(
     name = "surelight",
