@@ -93,7 +93,7 @@ pub struct Settings {
     /// one pixel: they stay as many.
     pub adaptive: bool,
     /// Whether the environment lights the scene without showing to the camera. The film then has
-    /// coverage ([`surelight_film::Film::coverage`]), and its radiance is premultiplied by it.
+    /// coverage (`surelight_film::Film::coverage`), and its radiance is premultiplied by it.
     pub transparent: bool,
     /// Renders with different seeds are independent.
     pub seed: u32,
