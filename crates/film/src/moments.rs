@@ -75,9 +75,9 @@ impl PixelMoments {
     /// Totals that reproduce what an image file keeps of them: `samples`, the number of equal batches
     /// (`batches`), mean, variance of the mean (`None`: unknown), largest sample and sum of squares.
     ///
-    /// Σ n_b (s_b − n_b m) is not kept; its expectation is zero, which is what it is set to. A batch
-    /// added later shifts the mean by δ, so the estimated variance lacks a term 2 δ Σ n_b (s_b − n_b m):
-    /// of order 1/B of itself and as often positive as negative.
+    /// Σ n_b (s_b − n_b m) is not kept, and is set to zero: what it is for equal batches, and its
+    /// expectation for others. A batch added later shifts the mean by δ; the sum of squares about the
+    /// new mean then lacks 2 δ Σ n_b (s_b − n_b m).
     pub(crate) fn from_estimate(
         samples: u64,
         batches: f64,

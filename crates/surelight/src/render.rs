@@ -253,7 +253,9 @@ pub(crate) fn write(outputs: &[OutputPath], film: &Film, display: &Display, meta
         };
         match written {
             Ok(()) => {
-                saved::add(path);
+                if !output.is_stdout() {
+                    saved::add(path);
+                }
                 done.push(path.clone());
             }
             Err(error) => failed.push(error),

@@ -66,7 +66,8 @@ impl Checkpoint {
             let (metadata, _) = read_part_header(file)?;
             return Ok(Some(Earlier { path: file.clone(), metadata, finished: false }));
         }
-        let finished = outputs.iter().filter(|output| resume && output.format == Format::Exr).find_map(|output| {
+        let is_exr_file = |output: &&OutputPath| output.format == Format::Exr && !output.is_stdout();
+        let finished = outputs.iter().filter(|_| resume).filter(is_exr_file).find_map(|output| {
             let metadata = read_exr_metadata(&output.path)?;
             Some(Earlier { path: output.path.clone(), metadata, finished: true })
         });
