@@ -31,9 +31,9 @@ pub struct SceneArray<'a> {
 /// What the light tracing kernel takes beside the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightTracing {
-    /// A particle's usual contribution to a pixel's luminance, per pixel of the image.
+    /// Contribution of a particle of the usual flux to a pixel's sample, at the distance of the casters.
     pub usual: f64,
-    /// Samples of a pixel for each particle that is sent out.
+    /// Samples of all pixels for which one particle per pixel is emitted.
     pub samples_per_particle: u32,
 }
 
