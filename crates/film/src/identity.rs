@@ -76,7 +76,7 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Op
     }
 }
 
-/// A setting by which renders are told apart.
+/// A setting that identifies a render.
 struct Setting {
     /// The option that sets it, or words where several do.
     name: &'static str,
