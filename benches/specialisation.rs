@@ -15,8 +15,8 @@ use surelight_bench::{
     paths::{median, race_paths},
 };
 use surelight_render::{
-    Integrator, KernelKey, Part, Prepared, Renderer, Settings, SharedPaths, TABLE, compose, compose_modules,
-    path_kernel, shader_modules,
+    Integrator, KernelKey, Part, PathReuse, Prepared, Renderer, Settings, TABLE, compose, compose_modules, path_kernel,
+    shader_modules,
 };
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, spheres, textured, veach_mis};
@@ -47,7 +47,7 @@ fn ways() -> [(&'static str, Settings); 3] {
     let plain = Settings::new(SIZE, SIZE);
     [
         ("", plain.clone()),
-        (", shared paths", Settings { shared_paths: SharedPaths::On, ..plain.clone() }),
+        (", shared paths", Settings { path_reuse: PathReuse::On, ..plain.clone() }),
         (", caustics", Settings { integrator: Integrator::Caustics, ..plain }),
     ]
 }

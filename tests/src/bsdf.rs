@@ -178,7 +178,7 @@ impl Material {
     }
 
     /// The same under reddish sheen.
-    pub fn fibrous(self, alpha: f32) -> Self {
+    pub fn with_sheen(self, alpha: f32) -> Self {
         Self { sheen_color: [0.9, 0.6, 0.3], sheen_alpha: alpha, ..self }
     }
 
@@ -224,14 +224,14 @@ impl Material {
             ("diffuse_transmission", self.diffuse_transmission > 0.0),
             ("anisotropy", self.is_brushed()),
             ("iridescence", self.film > 0.0),
-            ("sheen", self.is_fibrous()),
+            ("sheen", self.has_sheen()),
             ("clearcoat", self.coat > 0.0),
         ];
         names.extend(conditions.iter().filter(|(_, on)| *on).map(|(name, _)| *name));
         key(&names)
     }
 
-    fn is_fibrous(&self) -> bool {
+    fn has_sheen(&self) -> bool {
         self.sheen_color.iter().any(|&c| c > 0.0)
     }
 
@@ -240,7 +240,7 @@ impl Material {
     }
 
     fn has_layers(&self) -> bool {
-        self.is_fibrous() || self.coat > 0.0 || self.film > 0.0 || self.diffuse_transmission > 0.0
+        self.has_sheen() || self.coat > 0.0 || self.film > 0.0 || self.diffuse_transmission > 0.0
     }
 }
 

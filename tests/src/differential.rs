@@ -15,7 +15,7 @@ const BATCHES: u32 = 16;
 #[derive(Debug, Default)]
 pub struct Tally {
     /// Comparisons that a difference would have shown in.
-    pub told: usize,
+    pub reported: usize,
     /// Comparisons that could tell nothing.
     pub open: usize,
     /// A sentence for each that differs.
@@ -61,7 +61,7 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
         );
         println!("{text}");
         match verdict.outcome {
-            Outcome::Same => tally.told += 1,
+            Outcome::Same => tally.reported += 1,
             Outcome::CannotTell => tally.open += 1,
             Outcome::Differ => tally.failures.push(text),
         }

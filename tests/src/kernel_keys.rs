@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
 use surelight_render::{
-    CameraModel, Constant, Directions, Estimator, Integrator, KernelKey, KeyError, Origin, Part, Parts, Points,
-    Prepared, Row, Sampler, Settings, SharedPaths, Surroundings, TABLE,
+    CameraModel, Constant, Directions, EnvironmentKind, Estimator, Integrator, KernelKey, KeyError, Origin, Part,
+    Parts, PathReuse, PointSet, Prepared, Row, Sampler, Settings, TABLE,
 };
 use surelight_scene::{Camera, ClipRange, LoadOptions, Scene};
 
@@ -38,9 +38,9 @@ pub fn everything() -> Vec<KernelKey> {
         let key = |parts| {
             KernelKey::new(
                 turn(&Estimator::ALL, k),
-                turn(&Points::ALL, k + round),
+                turn(&PointSet::ALL, k + round),
                 turn(&CameraModel::ALL, k + 2 * round),
-                turn(&Surroundings::ALL, k),
+                turn(&EnvironmentKind::ALL, k),
                 parts,
             )
         };
@@ -120,7 +120,7 @@ pub fn shipped() -> Vec<(KernelKey, Vec<String>)> {
             (" --integrator caustics", Settings { integrator: Integrator::Caustics, ..plain.clone() }),
             (" --integrator whitted", Settings { integrator: Integrator::Whitted, ..plain.clone() }),
             (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain.clone() }),
-            (" --shared-paths on", Settings { shared_paths: SharedPaths::On, ..plain }),
+            (" --shared-paths on", Settings { path_reuse: PathReuse::On, ..plain }),
         ];
         let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
         // A slab that cuts something of most scenes.
@@ -134,7 +134,7 @@ pub fn shipped() -> Vec<(KernelKey, Vec<String>)> {
             (" with clipping planes", Settings::new(8, 8), &clipped),
             (
                 " with clipping planes --shared-paths on",
-                Settings { shared_paths: SharedPaths::On, ..Settings::new(8, 8) },
+                Settings { path_reuse: PathReuse::On, ..Settings::new(8, 8) },
                 &clipped,
             ),
         ]);

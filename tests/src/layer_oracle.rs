@@ -100,8 +100,8 @@ pub struct Layered {
 impl Layered {
     /// For one material.
     pub fn new(material: &Material) -> Self {
-        let fibrous = material.sheen_color.iter().any(|&c| c > 0.0);
-        let n = if fibrous { 400 } else { 0 };
+        let with_sheen = material.sheen_color.iter().any(|&c| c > 0.0);
+        let n = if with_sheen { 400 } else { 0 };
         let alpha = f64::from(material.sheen_alpha);
         let albedos = (0..n).map(|k| sheen_albedo(alpha, (f64::from(k) / 399.0).powi(2), 96)).collect();
         Self { material: *material, albedos }

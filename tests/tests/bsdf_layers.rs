@@ -24,9 +24,9 @@ fn materials(degrees: f64) -> Vec<(&'static str, Material)> {
     vec![
         ("coated dielectric", brown(Material::dielectric(0.3, degrees)).coated(0.1)),
         ("coated metal", brown(Material::metal(0.6, degrees)).coated(0.5)),
-        ("sheen over Lambert", brown(Material::lambert(degrees)).fibrous(0.3)),
-        ("sharp sheen over black", black(degrees).fibrous(0.02)),
-        ("sheen over a dielectric", brown(Material::dielectric(0.4, degrees)).fibrous(1.0)),
+        ("sheen over Lambert", brown(Material::lambert(degrees)).with_sheen(0.3)),
+        ("sharp sheen over black", black(degrees).with_sheen(0.02)),
+        ("sheen over a dielectric", brown(Material::dielectric(0.4, degrees)).with_sheen(1.0)),
         ("brushed metal", brown(Material::metal(0.1, degrees)).brushed(0.6)),
         ("brushed glass", Material::glass(0.2, degrees).brushed(0.5)),
         ("film on a dielectric", brown(Material::dielectric(0.3, degrees)).filmed(300.0)),
@@ -39,9 +39,9 @@ fn materials(degrees: f64) -> Vec<(&'static str, Material)> {
         ("partly glass", Material::medley(0.3, degrees).translucent(0.5)),
         (
             "everything",
-            Material::medley(0.3, degrees).translucent(0.5).fibrous(0.3).coated(0.2).filmed(250.0).brushed(0.5),
+            Material::medley(0.3, degrees).translucent(0.5).with_sheen(0.3).coated(0.2).filmed(250.0).brushed(0.5),
         ),
-        ("everything thin", Material::thin(0.3, degrees).translucent(0.5).fibrous(0.3).coated(0.3).filmed(250.0)),
+        ("everything thin", Material::thin(0.3, degrees).translucent(0.5).with_sheen(0.3).coated(0.3).filmed(250.0)),
     ]
 }
 
@@ -88,7 +88,7 @@ fn samples_follow_the_pdf() {
         all.extend(materials(degrees).into_iter().skip(skipped).step_by(2));
         // Deltas beside broad lobes.
         all.push(("smooth coat", Material::dielectric(0.3, degrees).coated(0.0)));
-        all.push(("smooth base, coated and fibrous", Material::dielectric(0.0, degrees).fibrous(0.3).coated(0.1)));
+        all.push(("smooth base, coated and fibrous", Material::dielectric(0.0, degrees).with_sheen(0.3).coated(0.1)));
     }
     let level = sidak_level(ALPHA, all.len());
     let mut failures = Vec::new();
@@ -186,11 +186,11 @@ fn layers_gain_no_light() {
         let fully = |m: Material| Material { coat: 1.0, ..m };
         let mut all = Vec::new();
         for alpha in [0.0, 0.01, 0.02, 0.04, 0.1, 0.3, 0.6, 1.0] {
-            let velvet = Material { sheen_color: [1.0; 3], ..white.fibrous(alpha) };
+            let velvet = Material { sheen_color: [1.0; 3], ..white.with_sheen(alpha) };
             all.push((format!("sheen {alpha}"), velvet));
             all.push((
                 format!("sheen {alpha} over black"),
-                Material { sheen_color: [1.0; 3], ..black(degrees).fibrous(alpha) },
+                Material { sheen_color: [1.0; 3], ..black(degrees).with_sheen(alpha) },
             ));
             all.push((format!("coat {alpha}"), fully(white.coated(alpha))));
             all.push((format!("coat {alpha} over sheen"), fully(velvet.coated(alpha))));
@@ -227,7 +227,7 @@ fn layers_of_factor_0_are_none() {
     ] {
         let none = [
             ("coat", Material { coat: 0.0, ..base.coated(0.1) }),
-            ("sheen", Material { sheen_color: [0.0; 3], ..base.fibrous(0.3) }),
+            ("sheen", Material { sheen_color: [0.0; 3], ..base.with_sheen(0.3) }),
             ("film", Material { film: 0.0, ..base.filmed(300.0) }),
             ("leaf", base.translucent(0.0)),
         ];

@@ -21,8 +21,8 @@ fn estimators_agree_on_every_scene_of_assets() {
         }
         compare_estimators(&scene.name, scene, 24, 16, 2 * scenes.len(), &mut tally);
     }
-    let Tally { told, open, failures } = &tally;
-    println!("{told} comparisons agree, {open} cannot tell");
+    let Tally { reported, open, failures } = &tally;
+    println!("{reported} comparisons agree, {open} cannot tell");
     assert!(failures.is_empty(), "{failures:#?}");
-    assert!(*told > 4 * open, "{open} of {} comparisons could tell nothing", told + open);
+    assert!(*reported > 4 * open, "{open} of {} comparisons could tell nothing", reported + open);
 }

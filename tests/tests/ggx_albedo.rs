@@ -124,7 +124,7 @@ fn coated_velvet() {
     };
     let alpha = |roughness: f32| roughness * roughness;
     check("coated velvet", 7, material, |degrees| {
-        let m = Probed::dielectric(alpha(0.6), degrees).fibrous(alpha(0.7)).coated(alpha(0.5));
+        let m = Probed::dielectric(alpha(0.6), degrees).with_sheen(alpha(0.7)).coated(alpha(0.5));
         seen(Probed { base_color: base, coat_normal: [0.0, 0.0, 1.0], ..m }, degrees)
     });
 }

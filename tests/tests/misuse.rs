@@ -132,7 +132,7 @@ fn scenes_that_are_not_valid_are_refused() {
 }
 
 #[test]
-fn what_cannot_be_traced_is_not_lost_work() {
+fn untraceable_paths_are_not_lost_work() {
     let mut renderer = Renderer::new(device(), &prepare(&scene(), &Settings::new(8, 8))).unwrap();
     let mut trace = |film: &mut Film, batches, samples| renderer.trace(film, 0, batches, samples, &mut |_| true);
     let mut film = Film::new(8, 8);

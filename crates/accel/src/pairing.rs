@@ -9,10 +9,10 @@ use crate::triangle::Triangle;
 pub(crate) const ALONE: u32 = u32::MAX;
 /// Two triangles are kept together when the area of the box around both is at most this times the sum of theirs: testing
 /// both whenever the ray meets the common box then costs no more than a test each time it meets one's own.
-const MOST_GROWTH: f32 = 1.1;
+const MAX_AREA_GROWTH: f32 = 1.1;
 
 /// Triangles looked at around one edge; a sound mesh has two.
-const MOST_AROUND_EDGE: usize = 16;
+const MAX_TRIANGLES_PER_EDGE: usize = 16;
 
 /// For each vertex the first one at the same position, so that faces split by normals or UVs still count as joined.
 pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
@@ -72,12 +72,13 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
             let low = a.min(b) as usize;
             let bucket = &bucketed[starts[low] as usize..starts[low + 1] as usize];
             let first = bucket.partition_point(|half| half.0 < a.max(b));
-            for &(_, half) in bucket[first..].iter().take_while(|half| half.0 == a.max(b)).take(MOST_AROUND_EDGE) {
+            for &(_, half) in bucket[first..].iter().take_while(|half| half.0 == a.max(b)).take(MAX_TRIANGLES_PER_EDGE)
+            {
                 let j = half >> 1;
                 if (half & 1 == 1) != (a < b) && free[j as usize] {
                     let theirs = triangles[j as usize].tight();
                     let area = mine.union(theirs).half_area();
-                    if area < best.0 && area <= MOST_GROWTH * (mine.half_area() + theirs.half_area()) {
+                    if area < best.0 && area <= MAX_AREA_GROWTH * (mine.half_area() + theirs.half_area()) {
                         best = (area, j);
                     }
                 }
@@ -127,9 +128,9 @@ mod tests {
             t.swap(0, 1);
         }
         let found = leaves(&positions, &indices);
-        let mut met: Vec<u32> = found.iter().flatten().copied().filter(|&t| t != ALONE).collect();
-        met.sort_unstable();
-        assert_eq!(met, (0..18).collect::<Vec<_>>());
+        let mut hits: Vec<u32> = found.iter().flatten().copied().filter(|&t| t != ALONE).collect();
+        hits.sort_unstable();
+        assert_eq!(hits, (0..18).collect::<Vec<_>>());
         for [a, b] in found.into_iter().filter(|l| l[1] != ALONE) {
             let edges = |t: [u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
             let shared = edges(indices[a as usize]).iter().any(|&[p, q]| edges(indices[b as usize]).contains(&[q, p]));

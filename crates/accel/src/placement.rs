@@ -10,14 +10,14 @@ use crate::{
 };
 
 /// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
-const LEAST_TRIANGLES: usize = 64;
+const MIN_TRIANGLES: usize = 64;
 /// A mesh whose copies come to fewer triangles is copied: they fit in a cache anyway.
-const LEAST_COPIES: usize = 4096;
+const MIN_COPIED_TRIANGLES: usize = 4096;
 /// All meshes are copied where the copies together come to fewer triangles: 50 MiB and half a second of building, after which each step
 /// of a walk is cheaper by a sixth, for it need not be ready to enter instances (docs/performance.md).
-const LEAST_TOTAL: usize = 1 << 20;
+const MIN_TOTAL_TRIANGLES: usize = 1 << 20;
 /// Placements that blow rounding errors up by more than this are copied in f64 instead.
-const MOST_CONDITION: f64 = 1e4;
+const MAX_CONDITION: f64 = 1e4;
 
 /// Triangles that were found sound, and where each came from.
 #[derive(Default)]
@@ -109,13 +109,14 @@ fn uses(scene: &Scene) -> Vec<usize> {
 fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
     let uses = uses(scene);
     let copies = |k: usize| scene.meshes[k].triangles.len().saturating_mul(uses[k]);
-    let worth =
-        |k: usize| uses[k] >= 2 && scene.meshes[k].triangles.len() >= LEAST_TRIANGLES && copies(k) >= LEAST_COPIES;
+    let worth = |k: usize| {
+        uses[k] >= 2 && scene.meshes[k].triangles.len() >= MIN_TRIANGLES && copies(k) >= MIN_COPIED_TRIANGLES
+    };
     let all = 0..scene.meshes.len();
     match options.instancing {
         Instancing::Auto => {
             let total = all.clone().filter(|&k| worth(k)).map(copies).fold(0, usize::saturating_add);
-            all.map(|k| total >= LEAST_TOTAL && worth(k)).collect()
+            all.map(|k| total >= MIN_TOTAL_TRIANGLES && worth(k)).collect()
         }
         Instancing::Never => vec![false; all.len()],
         Instancing::Always => all.map(|k| uses[k] > 0 && copies(k) > 0).collect(),
@@ -221,6 +222,6 @@ fn invert(to_world: &DAffine3, reach: f64) -> Option<DAffine3> {
     let condition = norm(m) * norm(inverse.matrix3);
     let fits = |a: &DAffine3| a.is_finite() && a.to_cols_array().iter().all(|x| x.abs() < 1e12);
     let placed = norm(m) * reach * 2.0 + to_world.translation.abs().max_element();
-    (condition <= MOST_CONDITION && placed < 0.1 * f64::from(COORDINATE_LIMIT) && fits(&inverse) && fits(to_world))
+    (condition <= MAX_CONDITION && placed < 0.1 * f64::from(COORDINATE_LIMIT) && fits(&inverse) && fits(to_world))
         .then_some(inverse)
 }

@@ -21,9 +21,9 @@ use crate::{Quality, collapse::Opening, runs::degenerate_runs, topdown};
 pub const MAX_STACK_DEPTH: u32 = 62;
 
 /// Below this extent box areas underflow, which leaves the clustering builder nothing to compare.
-const LEAST_EXTENT: f32 = 1e-15;
+const MIN_EXTENT: f32 = 1e-15;
 /// The clustering builder needs more rounds than this only where it degenerates; its optimiser's stack allows for it.
-const MOST_ROUNDS: usize = 96;
+const MAX_ROUNDS: usize = 96;
 
 /// Up to so many boxes a top-down tree is built as well, optimised alike, and the cheaper one is kept.
 const RIVALLED: usize = 1 << 14;
@@ -132,7 +132,7 @@ fn from_top(boxes: &[Aabb], mut slots: Vec<u32>, levels: u32) -> Vec<Bvh2Node> {
 /// A tree by way of obvhs, leaves naming boxes, or none where it is not to be used.
 fn clustered(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     let total = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
-    if total.diagonal().max_element() <= LEAST_EXTENT {
+    if total.diagonal().max_element() <= MIN_EXTENT {
         return None;
     }
     let (order, runs) = degenerate_runs(boxes, &total);
@@ -177,7 +177,7 @@ fn cheapest(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     let cluster = |(distance, threshold), times| {
         let builder = &mut PlocBuilder::with_capacity(boxes.len());
         let mut bvh = builder.build(distance, boxes, slots(), effort.precision(), threshold);
-        if bvh.max_depth > MOST_ROUNDS {
+        if bvh.max_depth > MAX_ROUNDS {
             return None;
         }
         effort.optimise(&mut bvh, times);
@@ -225,10 +225,10 @@ mod tests {
 
     /// Each primitive in one leaf; boxes around what is below them.
     fn check(tree: &Tree, boxes: &[Aabb]) {
-        let mut met = vec![0; boxes.len()];
+        let mut references = vec![0; boxes.len()];
         for node in &tree.nodes {
             if node.is_leaf() {
-                met[node.first_index as usize] += 1;
+                references[node.first_index as usize] += 1;
                 assert_eq!(*node.aabb(), boxes[node.first_index as usize]);
             } else {
                 for k in 0..2 {
@@ -237,12 +237,12 @@ mod tests {
                 }
             }
         }
-        assert!(met.iter().all(|&m| m == 1));
+        assert!(references.iter().all(|&m| m == 1));
         assert_eq!(tree.nodes.len(), 2 * boxes.len() - 1);
     }
 
     #[test]
-    fn depth_keeps_to_what_is_asked() {
+    fn depth_stays_within_the_limit() {
         // Sizes that double make clustering as lopsided as it gets.
         let lopsided: Vec<Aabb> =
             (0..120).map(|k| cube((k as f32).exp2() * 1e-18, (k as f32).exp2() * 1e-18)).collect();

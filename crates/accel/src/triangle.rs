@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defects_are_told_apart() {
+    fn defects_are_distinguished() {
         let (a, b, c) = (Vec3::ZERO, Vec3::X, Vec3::Y);
         assert!(Triangle::new([a, b, c]).is_ok());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2e18] {

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn asymptotic_sequence_holds_at_all_looks_and_a_fixed_interval_does_not() {
+    fn asymptotic_sequence_holds_at_all_times_and_a_fixed_interval_does_not() {
         let sequence = AsymptoticSequence::new(0.05, 1024.0);
         let share = ever_misses(256, |n, s| sequence.half_width(n, s));
         // 0.05 plus three standard errors of 1,000 runs.
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn asymptotic_sequence_is_tightest_where_asked() {
+    fn asymptotic_sequence_is_tightest_where_requested() {
         // Against the fixed-time interval of the same n, the excess is least near the chosen time, and only logarithmic.
         let ratio = |n: f64| AsymptoticSequence::new(0.05, 1000.0).half_width(n, 1.0) * n.sqrt();
         let other = |n: f64, t: f64| AsymptoticSequence::new(0.05, t).half_width(n, 1.0);

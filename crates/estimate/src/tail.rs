@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn tails_are_told_apart() {
+    fn tails_are_distinguished() {
         // 20 draws of 4096 samples each. The standard deviation of k̂ from a tail of 192 is about (1 + k)/√192 = 0.11.
         let mut random = Random::new(31);
         for (k, reliable) in [(0.2, 20), (1.2, 0)] {

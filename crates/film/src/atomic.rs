@@ -293,7 +293,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_full_disk_is_told() {
+    fn a_full_disk_is_reported() {
         // The device that is always full is not a plain file: written directly, never replaced.
         let path = Path::new("/dev/full");
         if path.exists() {

@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_told_in_a_sentence() {
+    fn damage_is_reported_in_a_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
         assert!(read_exr(&path).unwrap_err().to_string().ends_with("it does not exist."));

@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_image_goes_on() {
+    fn a_finished_image_can_be_extended() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
         let first = film(0..16);

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::identity::{Difference, Sameness, difference};
+use crate::identity::{Compatibility, Difference, difference};
 use crate::{Film, Metadata, Part, ReadError, Window, read_part, read_part_header};
 
 /// A part, known by its header.
@@ -193,11 +193,11 @@ pub struct MergePlan {
 
 impl MergePlan {
     /// Checks the parts' headers: they are of one render, do not overlap and leave no hole.
-    /// With [`Sameness::Estimator`], adapters may differ.
+    /// With [`Compatibility::Estimator`], adapters may differ.
     ///
     /// # Errors
     /// A sentence that names the files and the conflict.
-    pub fn new(parts: Vec<PartFile>, sameness: Sameness) -> Result<Self, MergeError> {
+    pub fn new(parts: Vec<PartFile>, sameness: Compatibility) -> Result<Self, MergeError> {
         let first = parts.first().ok_or(MergeError::Nothing)?;
         let whole = first.window.whole;
         for other in &parts[1..] {
@@ -208,7 +208,7 @@ impl MergePlan {
                 second: size(other),
             });
             if let Some(found) = difference(&first.metadata, &other.metadata, sameness).or(sizes.clone()) {
-                let estimator = difference(&first.metadata, &other.metadata, Sameness::Estimator).or(sizes);
+                let estimator = difference(&first.metadata, &other.metadata, Compatibility::Estimator).or(sizes);
                 return Err(MergeError::Different {
                     first: first.path.clone(),
                     second: other.path.clone(),

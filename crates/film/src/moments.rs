@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn words_bring_back_every_bit() {
+    fn words_restore_every_bit() {
         let mut moments = film_of(&batches(3, 100, &[64, 3]));
         assert!(moments.add_batch(5, &BatchSum::new([0.1, 1e-30, 7e20], 0.3, 1e-7)));
         let words: Vec<u32> = (0..WORDS).map(|i| moments.word(i)).collect();
@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_keeps_extends_with_honest_error_bars() {
+    fn finished_files_extend_with_honest_error_bars() {
         let all = batches(11, 48, &[4]);
         let rebuilt = |moments: &PixelMoments| {
             let batches = moments.degrees_of_freedom() + 1.0;

@@ -151,23 +151,23 @@ mod tests {
     fn parts_come_back_bit_for_bit() {
         for window in [Window::all(5, 3), Window::crop([9, 70], [2, 3, 7, 41]).unwrap()] {
             let (film, metadata) = part(window);
-            let (back, told) = decode_part(&encode_exr(&film, &metadata).unwrap()).unwrap();
+            let (back, header) = decode_part(&encode_exr(&film, &metadata).unwrap()).unwrap();
             assert_eq!(back.window(), window);
             assert!(back.pixels() == film.pixels() && back.features() == film.features());
             let checksum = checksum(&film, [0, 15]);
-            assert_eq!(told, Metadata { part: Some(Part { checksum, ..metadata.part.unwrap() }), ..metadata });
+            assert_eq!(header, Metadata { part: Some(Part { checksum, ..metadata.part.unwrap() }), ..metadata });
         }
     }
 
     #[test]
-    fn the_header_alone_tells_place_and_samples() {
+    fn the_header_alone_states_place_and_samples() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.exr");
         let window = Window::crop([9, 70], [2, 3, 7, 41]).unwrap();
         let (film, metadata) = part(window);
         crate::write_exr(&path, &film, &metadata).unwrap();
-        let (told, place) = read_part_header(&path).unwrap();
-        assert_eq!((place, told.sample_range, told.crop), (window, [0, 15], Some([2, 3, 7, 41])));
+        let (header, place) = read_part_header(&path).unwrap();
+        assert_eq!((place, header.sample_range, header.crop), (window, [0, 15], Some([2, 3, 7, 41])));
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_other_versions_and_damage_are_told_apart() {
+    fn parts_of_other_versions_and_damage_are_distinguished() {
         let (film, metadata) = part(Window::all(2, 2));
         for (version, words) in [("0.0.1", "it is of another version"), (env!("CARGO_PKG_VERSION"), "it is damaged")] {
             let metadata = Metadata { version: version.into(), ..metadata.clone() };

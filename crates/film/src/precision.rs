@@ -52,7 +52,7 @@ pub struct Precision {
 
 /// How precise a picture is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct Convergence {
     /// Relative half-width that nine tenths of the certified pixels stay within; infinite where none is certified.
     pub half_width: f64,
     /// Share of the pixels at which light can arrive that are certified, 0 to 1.
@@ -61,13 +61,13 @@ pub struct Reach {
 
 impl Precision {
     /// How precise the film is at this confidence and bound.
-    pub fn reach(&self, film: &Film, certificate: &Certificate) -> Reach {
+    pub fn reach(&self, film: &Film, certificate: &Certificate) -> Convergence {
         let chosen = certificate.certified.iter().zip(&certificate.reachable).map(|(&c, &r)| c && r);
-        Reach { half_width: self.half_width(film, &chosen.collect::<Vec<_>>()), certified: certificate.share() }
+        Convergence { half_width: self.half_width(film, &chosen.collect::<Vec<_>>()), certified: certificate.share() }
     }
 
     /// Whether that is enough.
-    pub fn is_met(&self, reach: &Reach) -> bool {
+    pub fn is_reached(&self, reach: &Convergence) -> bool {
         reach.certified >= CERTIFIED_SHARE && reach.half_width <= self.error
     }
 
@@ -138,7 +138,7 @@ mod tests {
     fn both_conditions_are_needed() {
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
         for (half_width, certified, met) in [(0.04, 0.9, true), (0.06, 0.9, false), (0.04, 0.4, false)] {
-            assert_eq!(precision.is_met(&Reach { half_width, certified }), met);
+            assert_eq!(precision.is_reached(&Convergence { half_width, certified }), met);
         }
     }
 

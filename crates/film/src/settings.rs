@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_absent_is_the_default() {
+    fn absent_fields_have_their_defaults() {
         assert_eq!(read("{\"version\":1}").unwrap().settings, Some(RenderSettings::default()));
         let json = serde_json::to_value(RenderSettings::default()).unwrap();
         let names: Vec<_> = json.as_object().unwrap().keys().cloned().collect();

@@ -23,7 +23,7 @@ pub const HEAVY: f32 = 0.5;
 const SUSPECT: f32 = 0.2;
 
 /// Samples that a certificate needs: of light that comes one time in a hundred, something must have been seen.
-pub const LEAST_SAMPLES: u64 = 256;
+pub const MIN_CERTIFIED_SAMPLES: u64 = 256;
 
 /// Samples that a provisional verdict needs.
 pub const MIN_PROVISIONAL_SAMPLES: u64 = 64;
@@ -34,7 +34,7 @@ pub const MIN_PROVISIONAL_SAMPLES: u64 = 64;
 const PROVISIONAL_HEAVY: f32 = 0.9;
 
 /// Degrees of freedom that an error bar needs: 16 equal batches have 15; short ones at the beginning count for less.
-const LEAST_FREEDOM: f64 = 14.0;
+const MIN_DEGREES_OF_FREEDOM: f64 = 14.0;
 
 /// Neighbours that are asked stand this far off at most, in pixels.
 const REACH: usize = 3;
@@ -134,11 +134,11 @@ impl Film {
         let tail: Vec<f32> = (0..pixels.len()).into_par_iter().map(with_neighbours).collect();
         let light = |min_samples: u64, heavy: f32| {
             let judge = |(p, &t): (&PixelMoments, &f32)| {
-                p.samples() >= min_samples && p.degrees_of_freedom() >= LEAST_FREEDOM && t < heavy
+                p.samples() >= min_samples && p.degrees_of_freedom() >= MIN_DEGREES_OF_FREEDOM && t < heavy
             };
             pixels.par_iter().zip(&tail).map(judge).collect()
         };
-        let certified = light(LEAST_SAMPLES, HEAVY);
+        let certified = light(MIN_CERTIFIED_SAMPLES, HEAVY);
         let provisional = light(MIN_PROVISIONAL_SAMPLES, PROVISIONAL_HEAVY);
         Certificate { tail, certified, provisional, reachable: self.reachable() }
     }
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_that_no_light_can_reach_do_not_count() {
+    fn unlit_pixels_are_not_counted() {
         let mut film = Film::new(4, 1);
         for _ in 0..16 {
             let sums = [0.5, 0.0, 0.0, 0.25].map(|grey| BatchSum::constant(16, [grey; 3]));

@@ -4,7 +4,7 @@
 const BATCHES: u32 = 16;
 
 /// Sums on the device are f32: batches stay short.
-const MOST_SAMPLES: u32 = 4096;
+const MAX_SAMPLES: u32 = 4096;
 
 /// The largest power of two up to `n`, 1 for 0.
 fn power_of_two(n: u32) -> u32 {
@@ -22,7 +22,7 @@ pub struct Batches {
 impl Batches {
     /// Samples of a full batch when `done` samples a pixel are done.
     pub fn full(self, done: u32) -> u32 {
-        power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
+        power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MAX_SAMPLES)
     }
 
     /// Samples in the next batch, when `done` samples a pixel are done and `until` are wanted; 0 when there is nothing left.

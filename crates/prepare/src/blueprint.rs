@@ -29,12 +29,12 @@ impl Blueprint {
 
 /// Room that is left for trees whose depth is not known yet. Kernels are made for that, or for more where a tree turns out deeper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Room {
+pub(crate) struct StackReserve {
     stack: u32,
     light_levels: u32,
 }
 
-impl Room {
+impl StackReserve {
     /// Trees over so many triangles are hardly ever deeper.
     pub(crate) fn likely(scene: &Scene) -> Self {
         let [triangles, emissive] = placed_triangles(scene);

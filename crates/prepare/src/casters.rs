@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use surelight_scene::Scene;
 
 /// Most balls. Each is looked at for each particle.
-const MOST: usize = 16;
+const MAX_BALLS: usize = 16;
 
 /// Halvings of space that balls are fitted to.
 const DEPTH: u32 = 7;
@@ -95,7 +95,7 @@ fn covers(triangles: &mut [[Vec3; 3]], depth: u32) -> Vec<Cover> {
     for a in &left {
         for b in &right {
             let (count, cost) = (a.balls.len() + b.balls.len(), a.cost + b.cost);
-            if count > MOST {
+            if count > MAX_BALLS {
                 continue;
             }
             if best.len() < count {
@@ -134,14 +134,14 @@ mod tests {
         let places: Vec<Vec3> =
             (0..500).map(|i| Vec3::new((i * 37 % 101) as f32, (i * 61 % 97) as f32, (i % 7) as f32)).collect();
         let balls = cover(specks(&places));
-        assert!(balls.len() <= MOST && balls.len() > 1, "{}", balls.len());
+        assert!(balls.len() <= MAX_BALLS && balls.len() > 1, "{}", balls.len());
         for corner in specks(&places).iter().flatten() {
             assert!(balls.iter().any(|b| b.center.distance(corner.as_dvec3()) <= b.radius), "{corner}");
         }
     }
 
     #[test]
-    fn what_stands_apart_has_balls_of_its_own() {
+    fn separate_casters_have_separate_balls() {
         let balls = cover(specks(&[Vec3::ZERO, Vec3::X * 5.0, Vec3::X * 5.005]));
         assert_eq!(balls.len(), 2);
         assert!(balls.iter().all(|b| b.radius < 0.02), "{balls:?}");

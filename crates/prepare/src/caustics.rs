@@ -31,7 +31,7 @@ pub(crate) struct Caustics {
 pub(super) const NOTHING_SMOOTH: &str = "no surface is smooth glass or a mirror";
 
 /// Surfaces that a ray from a point may pass before it is given up.
-const MOST_PASSED: u32 = 64;
+const MAX_PASSED: u32 = 64;
 
 /// Below this share of the light, a fourth of the usual number of particles is sent.
 const SMALL_SHARE: f64 = 0.01;
@@ -162,7 +162,7 @@ fn in_medium(scene: &Scene, accel: &Accel) -> bool {
 
 fn starts_inside(scene: &Scene, accel: &Accel, direction: Vec3) -> bool {
     let mut ray = Ray::new(Vec3::ZERO, direction);
-    for _ in 0..MOST_PASSED {
+    for _ in 0..MAX_PASSED {
         let Some(hit) = accel.intersect(&ray) else { return false };
         let source = &accel.triangles[hit.prim as usize];
         let mesh = &scene.meshes[source.mesh as usize];

@@ -6,7 +6,7 @@ use surelight_scene::Scene;
 
 use crate::{
     caustics::NOTHING_SMOOTH,
-    clip::Cut,
+    clip::ClippedRays,
     kernel_key::{Estimator, KernelKey, Part},
     light_flow::LightFlow,
     materials::PreparedMaterial,
@@ -66,7 +66,7 @@ pub(crate) fn choose(
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.
-pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: Cut) -> Option<&'static str> {
+pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: ClippedRays) -> Option<&'static str> {
     if key.has(Part::Volume) && cut.medium {
         return Some("the camera's near plane cuts an absorbing medium");
     }
@@ -83,7 +83,7 @@ pub fn may_have_caustics(scene: &Scene) -> bool {
 }
 
 /// Whether there is something that neighbours can share, and nothing that keeps them from it.
-pub(crate) fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
+pub(crate) fn may_reuse_paths(settings: &Settings, key: &KernelKey) -> bool {
     let light = [Part::LightSampling, Part::Emission, Part::EnvironmentUniform, Part::EnvironmentMap];
     settings.integrator == Integrator::Mis
         && light.into_iter().any(|part| key.has(part))
@@ -91,7 +91,7 @@ pub(crate) fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
         && key.objection(Estimator::PathReuse).is_none()
 }
 
-/// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
+/// From here on [`PathReuse::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
 pub(crate) fn least_interreflection(key: &KernelKey) -> f64 {
     if key.has(Part::Ggx) { 0.6 } else { 0.35 }
 }

@@ -6,7 +6,7 @@ use surelight_scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 
 use super::{
     Integrator, luminance,
-    parallelograms::{self, Piece},
+    parallelograms::{self, Facet},
     textures::{lookup_alpha, lookup_srgb},
 };
 
@@ -37,7 +37,7 @@ pub(super) fn emitters(
     let mesh = &scene.meshes[mesh as usize];
     let material = &scene.materials[mesh.material];
     let triangles: Vec<_> = prims.iter().map(|&prim| accel.triangles[prim].corners).collect();
-    let emitter = |piece: Piece| {
+    let emitter = |piece: Facet| {
         let weight = triangle_weight(scene, mesh, material, triangles[piece.triangle]);
         let other = piece.other.map(|k| prims[k]);
         Emitter { prim: prims[piece.triangle], corner: piece.corner, other, weight }
@@ -50,7 +50,7 @@ pub(super) fn emitters(
 }
 
 /// Triangles of an emissive mesh, joined where they may be.
-pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integrator: Integrator) -> Vec<Piece> {
+pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integrator: Integrator) -> Vec<Facet> {
     let material = &scene.materials[mesh.material];
     // A parallelogram has no texture coordinates; and what Whitted's rays aim at are the middles of triangles.
     let coat = &material.clearcoat;

@@ -19,7 +19,7 @@ pub(crate) struct EnvironmentTable {
 }
 
 /// Least share of the light that compensated sampling must be left with.
-const LEAST_LEFT: f64 = 0.01;
+const MIN_REMAINDER: f64 = 0.01;
 
 impl EnvironmentTable {
     /// `None` when the map is black.
@@ -71,7 +71,7 @@ impl EnvironmentTable {
 fn compensate(weights: Vec<f64>, total: f64, solid_angle: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = total / (4.0 * PI);
     let left: Vec<f64> = weights.iter().enumerate().map(|(i, w)| (w - mean * solid_angle(i)).max(0.0)).collect();
-    if left.iter().sum::<f64>() < LEAST_LEFT * total { weights } else { left }
+    if left.iter().sum::<f64>() < MIN_REMAINDER * total { weights } else { left }
 }
 
 #[cfg(test)]

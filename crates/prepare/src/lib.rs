@@ -53,19 +53,19 @@ mod view;
 pub use batches::Batches;
 pub use blueprint::Blueprint;
 pub use choice::may_have_caustics;
-pub use clip::Cut;
+pub use clip::ClippedRays;
 pub use compose::{Composed, Constant, compose, compose_modules, compose_with, path_kernel, shader_modules};
 pub use error::{PrepareError, Source};
 pub use images::IMAGE_WIDTH;
 pub use kernel_key::{
-    CameraModel, Estimator, KernelKey, KeyError, Origin, Part, Parts, Points, Row, Surroundings, TABLE,
+    CameraModel, EnvironmentKind, Estimator, KernelKey, KeyError, Origin, Part, Parts, PointSet, Row, TABLE,
 };
 pub use luminance::luminance;
 pub use materials::material_fields;
 pub use prepared::{Instrument, Prepared};
 pub use records::{LightTracing, SceneArray, host_layouts};
 pub use reflect::{Access, Binding, RecordLayout, bindings};
-pub use settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
+pub use settings::{Directions, Integrator, PathReuse, Sampler, Settings};
 pub use sheen::sheen_albedos;
 pub use unreachable::Unreachable;
 pub use view::View;

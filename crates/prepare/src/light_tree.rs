@@ -70,8 +70,11 @@ impl LightTree {
     /// None where no light has power.
     pub(crate) fn new(lights: &[TreeLight]) -> Option<Self> {
         let total: f64 = lights.iter().map(|light| light.power).sum();
-        let mut items: Vec<Item> =
-            (0..).zip(lights).filter(|(_, l)| l.power > 0.0).map(|(i, l)| Item::new(i, l, l.power / total)).collect();
+        let mut items: Vec<SplitLight> = (0..)
+            .zip(lights)
+            .filter(|(_, l)| l.power > 0.0)
+            .map(|(i, l)| SplitLight::new(i, l, l.power / total))
+            .collect();
         if items.is_empty() {
             return None;
         }
@@ -79,7 +82,7 @@ impl LightTree {
         let mut builder = Builder { scale: 1.0, tree: Self { paths: paths.collect(), ..Self::default() } };
         // The kernel divides powers by squared distances. In units of the lights' own spread these stay within f32.
         builder.scale = Sums::of(&items).variance().max(1e-30);
-        builder.node(&mut items, 0, Place { own: None, trail: [0; 2], level: 0 });
+        builder.node(&mut items, 0, NodePosition { own: None, trail: [0; 2], level: 0 });
         Some(builder.tree)
     }
 }
@@ -94,13 +97,13 @@ impl TreeLight {
 
 /// A light as splitting sees it.
 #[derive(Clone, Copy)]
-struct Item {
+struct SplitLight {
     light: u32,
     center: Vec3,
     sums: Sums,
 }
 
-impl Item {
+impl SplitLight {
     fn new(light: u32, of: &TreeLight, power: f64) -> Self {
         let [a, b, c] = of.corners;
         let (center, spread) = if of.parallelogram {
@@ -129,7 +132,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(items: &[Item]) -> Self {
+    fn of(items: &[SplitLight]) -> Self {
         items.iter().fold(Self::default(), |sums, item| sums.with(&item.sums))
     }
 
@@ -159,7 +162,7 @@ impl Sums {
 
 /// Where a node stands in the tree.
 #[derive(Clone, Copy)]
-struct Place {
+struct NodePosition {
     /// Its own record; the root has none.
     own: Option<usize>,
     trail: [u32; 2],
@@ -173,7 +176,7 @@ struct Builder {
 
 impl Builder {
     /// Writes the children of a node, and theirs. `splits`: those above it.
-    fn node(&mut self, items: &mut [Item], splits: u32, place: Place) {
+    fn node(&mut self, items: &mut [SplitLight], splits: u32, place: NodePosition) {
         self.tree.depth = self.tree.depth.max(place.level + 1);
         let base = self.tree.nodes.len();
         self.tree.nodes.resize(base + WIDTH, LightNode::default());
@@ -188,7 +191,7 @@ impl Builder {
                 self.tree.nodes[base + k].link = LEAF | only.light;
                 self.tree.paths[only.light as usize].trail = trail;
             } else {
-                self.node(part, splits, Place { own: Some(base + k), trail, level: place.level + 1 });
+                self.node(part, splits, NodePosition { own: Some(base + k), trail, level: place.level + 1 });
             }
         }
     }
@@ -208,7 +211,7 @@ impl Builder {
 }
 
 /// Up to four parts of a node, each with the splits above it: the costliest is split first.
-fn parts(items: &mut [Item], splits: u32) -> Vec<(u32, &mut [Item])> {
+fn parts(items: &mut [SplitLight], splits: u32) -> Vec<(u32, &mut [SplitLight])> {
     let mut parts = vec![(splits, items)];
     let mut costs = vec![0.0f64];
     while parts.len() < WIDTH {
@@ -229,7 +232,7 @@ fn parts(items: &mut [Item], splits: u32) -> Vec<(u32, &mut [Item])> {
 }
 
 /// Reorders lights into two parts, and returns where the second begins.
-fn split(items: &mut [Item], splits: u32) -> usize {
+fn split(items: &mut [SplitLight], splits: u32) -> usize {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for item in items.iter() {
         (low, high) = (low.min(item.center), high.max(item.center));
@@ -255,7 +258,7 @@ fn split(items: &mut [Item], splits: u32) -> usize {
 }
 
 /// Axis and first bucket of the second part; none where all centres are in one place.
-fn best_split(items: &[Item], low: Vec3, extent: Vec3) -> Option<(usize, usize)> {
+fn best_split(items: &[SplitLight], low: Vec3, extent: Vec3) -> Option<(usize, usize)> {
     let mut best: Option<(f64, usize, usize)> = None;
     for axis in 0..3 {
         if !(extent[axis] > 0.0 && extent[axis].is_finite()) {
@@ -308,7 +311,7 @@ mod tests {
     /// Follows each light's trail to its leaf; every node that is not empty must be on some way.
     fn check(lights: &[TreeLight]) -> LightTree {
         let tree = LightTree::new(lights).expect("some light has power");
-        let mut met = vec![false; tree.nodes.len()];
+        let mut visits = vec![false; tree.nodes.len()];
         for (i, (light, path)) in lights.iter().zip(&tree.paths).enumerate() {
             if light.power == 0.0 {
                 continue;
@@ -317,7 +320,7 @@ mod tests {
             while base & LEAF == 0 {
                 let child = path.trail[level / 16] >> (2 * (level % 16)) & 3;
                 let at = (base + child) as usize;
-                met[at] = true;
+                visits[at] = true;
                 assert!(tree.nodes[at].power > 0.0, "light {i} cannot be reached");
                 base = tree.nodes[at].link;
                 level += 1;
@@ -325,8 +328,8 @@ mod tests {
             }
             assert_eq!(base & !LEAF, i as u32);
         }
-        for (node, met) in tree.nodes.iter().zip(met) {
-            assert_eq!(node.power > 0.0, met, "{node:?}");
+        for (node, visits) in tree.nodes.iter().zip(visits) {
+            assert_eq!(node.power > 0.0, visits, "{node:?}");
         }
         tree
     }

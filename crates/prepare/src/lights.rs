@@ -67,7 +67,7 @@ const PARALLELOGRAM: u32 = 1 << 31;
 const MIRRORED: u32 = 1 << 30;
 
 /// Fewer area lights than these are chosen by the alias table.
-const LEAST_FOR_TREE: usize = 2;
+const MIN_TREE_LIGHTS: usize = 2;
 
 /// Stands for no light.
 const NONE: u32 = u32::MAX;
@@ -145,7 +145,7 @@ impl Lights {
         let mut which = Vec::new();
         lights.add_triangles(scene, accel, integrator, &mut powers);
         // Whitted's shadow rays go to the middles of lights: few, or it is of no use.
-        if powers.len() >= LEAST_FOR_TREE && integrator != Integrator::Whitted {
+        if powers.len() >= MIN_TREE_LIGHTS && integrator != Integrator::Whitted {
             lights.tree = lights.tree(scene, &powers);
         }
         which.extend(0..powers.len() as u32);

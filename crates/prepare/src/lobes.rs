@@ -10,7 +10,7 @@ pub(super) fn has_facets(m: &Material) -> bool {
 
 /// Whether the material is more than Lambert's.
 pub(super) fn is_glossy(m: &Material) -> bool {
-    has_facets(m) || is_coated(m) || is_fibrous(m) || sends_through(m)
+    has_facets(m) || is_coated(m) || has_sheen(m) || has_diffuse_transmission(m)
 }
 
 /// Whether there is a clear coat.
@@ -19,7 +19,7 @@ pub(super) fn is_coated(m: &Material) -> bool {
 }
 
 /// Whether there is sheen.
-pub(super) fn is_fibrous(m: &Material) -> bool {
+pub(super) fn has_sheen(m: &Material) -> bool {
     !m.unlit && m.sheen.color.iter().any(|&c| c > 0.0)
 }
 
@@ -46,7 +46,7 @@ pub(super) fn ior_spread(m: &Material) -> f32 {
 }
 
 /// Whether the Lambertian base sends light to its other side.
-pub(super) fn sends_through(m: &Material) -> bool {
+pub(super) fn has_diffuse_transmission(m: &Material) -> bool {
     !m.unlit && m.diffuse_transmission.factor > 0.0
 }
 
@@ -63,5 +63,5 @@ pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
 
 /// Whether light gets to the other side at all.
 pub(super) fn transmits(m: &Material) -> bool {
-    !m.unlit && m.transmission > 0.0 || sends_through(m)
+    !m.unlit && m.transmission > 0.0 || has_diffuse_transmission(m)
 }

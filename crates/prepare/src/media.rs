@@ -75,12 +75,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_inside_ranks_higher() {
+    fn inner_volumes_rank_higher() {
         assert_eq!(rank(&cubes(&[(1.0, 0.0), (2.0, 0.5), (0.5, 0.0)])), [2 << 16, 1 << 16 | 1, 3 << 16 | 2]);
     }
 
     #[test]
-    fn what_stands_apart_has_no_rank() {
+    fn disjoint_volumes_have_no_rank() {
         assert!(rank(&cubes(&[(1.0, 0.0), (1.0, 2.5), (0.5, 9.0)])).is_empty());
         let mut opaque = cubes(&[(1.0, 0.0), (2.0, 0.0)]);
         opaque.materials[1].transmission = 0.0;

@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 const STEPS: usize = 32;
 
 /// Cosines and α below these are taken for them: the sampling is not defined at 0.
-const COSINE_LEAST: f64 = 1e-3;
-const ALPHA_LEAST: f64 = 1e-4;
+const MIN_COSINE: f64 = 1e-3;
+const MIN_ALPHA: f64 = 1e-4;
 
 /// Points along each axis of the quadrature.
 const POINTS: usize = 48;
@@ -28,7 +28,7 @@ pub(crate) fn facet_albedos() -> &'static [f32] {
 /// ∫ D·G2/(4 cosθo) dωi of facets that reflect everything, seen at this cosine: the mean of G2/G1 over visible normals, which are the
 /// directions of a spherical cap in stretched space (Dupuy & Benyoub 2023, "Sampling visible GGX normals with spherical caps").
 fn albedo(cosine: f64, alpha: f64, points: usize) -> f64 {
-    let (cosine, alpha) = (cosine.max(COSINE_LEAST), alpha.max(ALPHA_LEAST));
+    let (cosine, alpha) = (cosine.max(MIN_COSINE), alpha.max(MIN_ALPHA));
     let sine = (1.0 - cosine * cosine).sqrt();
     let stretch = |c: f64| (alpha * alpha + (1.0 - alpha * alpha) * c * c).sqrt();
     let length = (alpha * sine).hypot(cosine);

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 /// A triangle, or two that form a parallelogram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Piece {
+pub(super) struct Facet {
     /// The triangle, by its place in the list.
     pub(super) triangle: usize,
     /// Which of its corners comes first: of a parallelogram the one that the other triangle lacks.
@@ -21,13 +21,13 @@ const ROUNDINGS: f32 = 4.0 * f32::EPSILON;
 const SHARE: f32 = 1e-5;
 
 /// Triangles as they come, each alone.
-pub(super) fn alone(count: usize) -> Vec<Piece> {
-    (0..count).map(|triangle| Piece { triangle, corner: 0, other: None }).collect()
+pub(super) fn alone(count: usize) -> Vec<Facet> {
+    (0..count).map(|triangle| Facet { triangle, corner: 0, other: None }).collect()
 }
 
 /// Joins triangles in pairs, those with the longest common edges first, which leaves a mesh of rectangles as it was made. Both
 /// triangles of a pair face the same side. Pieces come in the order of their first triangles.
-pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Piece> {
+pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Facet> {
     // −0 is 0.
     let bits = |p: Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let mut edges = HashMap::new();
@@ -57,7 +57,7 @@ pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Piece> {
     for (_, i, corner, j) in pairs {
         if !taken[i] && !taken[j] {
             (taken[i], taken[j], joined[j]) = (true, true, true);
-            pieces[i] = Piece { triangle: i, corner, other: Some(j) };
+            pieces[i] = Facet { triangle: i, corner, other: Some(j) };
         }
     }
     pieces.retain(|piece| !joined[piece.triangle]);

@@ -7,11 +7,11 @@ use surelight_scene::{Camera, Environment, Scene};
 
 use crate::{
     attributes::AttributeLayout,
-    blueprint::{Blueprint, Room},
+    blueprint::{Blueprint, StackReserve},
     casters,
     caustics::Caustics,
-    choice::{choose, least_interreflection, may_share_paths, refusal},
-    clip::{Cut, Planes},
+    choice::{choose, least_interreflection, may_reuse_paths, refusal},
+    clip::{ClippedRays, Planes},
     compose::Constant,
     environment::EnvironmentTable,
     error::PrepareError,
@@ -22,11 +22,11 @@ use crate::{
     luminance::luminance,
     materials::{self, PreparedMaterial},
     media,
-    needs::{Found, decide, is_smooth_pane, may_be_smooth},
+    needs::{SceneFeatures, decide, is_smooth_pane, may_be_smooth},
     reflect::RecordLayout,
-    settings::{Integrator, Settings, SharedPaths},
+    settings::{Integrator, PathReuse, Settings},
     textures::Textures,
-    unreachable::{self, Eye, Unreachable},
+    unreachable::{self, ProbeRays, Unreachable},
     view::View,
 };
 
@@ -39,7 +39,7 @@ pub struct Prepared {
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
     /// What the camera's clipping planes cut off the picture.
-    pub cut: Cut,
+    pub cut: ClippedRays,
     /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
     pub integrator: Integrator,
     /// Why [`Integrator::Auto`] chose it.
@@ -57,7 +57,7 @@ pub struct Prepared {
     pub(crate) environment: Option<EnvironmentTable>,
     /// By mesh, its material.
     mesh_materials: Vec<usize>,
-    room: Room,
+    room: StackReserve,
 }
 
 impl Prepared {
@@ -82,7 +82,7 @@ impl Prepared {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &settings.build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
-            let cut = Cut::find(scene, camera, settings);
+            let cut = ClippedRays::find(scene, camera, settings);
             let work = tables.blueprint(scene, camera, settings, &used, cut).map(|blueprint| work(&blueprint));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, cut, work)
         });
@@ -110,7 +110,7 @@ impl Prepared {
             (0..materials.len()).map(|i| used.contains(&i) && may_be_smooth(&materials[i])).collect();
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
         let planes = Planes::new(camera, cut);
-        let found = Found {
+        let found = SceneFeatures {
             lights: lights.kinds(),
             environment_map: environment.is_some(),
             instances: !accel.instances.is_empty(),
@@ -151,13 +151,13 @@ impl Prepared {
         }
         let shares = |integrator| {
             let settings = Settings { integrator, ..settings.clone() };
-            may_share_paths(&settings, &key)
-                && match settings.shared_paths {
-                    SharedPaths::Off => false,
-                    SharedPaths::Auto => {
+            may_reuse_paths(&settings, &key)
+                && match settings.path_reuse {
+                    PathReuse::Off => false,
+                    PathReuse::Auto => {
                         interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&key)
                     }
-                    SharedPaths::On => true,
+                    PathReuse::On => true,
                 }
         };
         let mut choice = None;
@@ -172,7 +172,7 @@ impl Prepared {
         let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
             _ => {
-                let eye = caustics.is_some().then(|| Eye::new(camera, &view, planes));
+                let eye = caustics.is_some().then(|| ProbeRays::new(camera, &view, planes));
                 unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
@@ -187,7 +187,7 @@ impl Prepared {
         let attributes = layout.pack(scene, &accel, &key, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
         // One more than the walk needs, since it writes the next entry whether or not it is kept.
-        let room = Room::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
+        let room = StackReserve::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
         let prepared = Self {
             accel,
             key,
@@ -275,7 +275,7 @@ pub enum Instrument {
 
 /// Constants that the path kernel is specialised with.
 fn path_constants(
-    room: Room,
+    room: StackReserve,
     layout: &AttributeLayout,
     environment: Option<&EnvironmentTable>,
     planes: &Planes,
@@ -325,7 +325,7 @@ impl Tables {
         camera: &Camera,
         settings: &Settings,
         used: &BTreeSet<usize>,
-        cut: Cut,
+        cut: ClippedRays,
     ) -> Result<Blueprint, PrepareError> {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),
@@ -334,7 +334,7 @@ impl Tables {
         let sky = sampled_sky(self.environment.as_ref(), settings, scale).is_some();
         let lights = LightKinds::expected(scene, settings.integrator, sky);
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &self.materials[i]).collect();
-        let found = Found {
+        let found = SceneFeatures {
             lights,
             environment_map: self.environment.is_some(),
             instances: surelight_accel::expects_instances(scene, &settings.build),
@@ -356,9 +356,8 @@ impl Tables {
             Integrator::Auto => Integrator::Mis,
             other => other,
         };
-        let shared = may_share_paths(&Settings { integrator, ..settings.clone() }, &key)
-            && (settings.shared_paths == SharedPaths::On
-                || settings.shared_paths == SharedPaths::Auto && !key.has(Part::Ggx));
+        let shared = may_reuse_paths(&Settings { integrator, ..settings.clone() }, &key)
+            && (settings.path_reuse == PathReuse::On || settings.path_reuse == PathReuse::Auto && !key.has(Part::Ggx));
         let key = if traced {
             key.by(Estimator::LightTracing)?
         } else if shared {
@@ -368,7 +367,7 @@ impl Tables {
         };
         let layout = AttributeLayout::of(scene, &key);
         let constants =
-            path_constants(Room::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
+            path_constants(StackReserve::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
         Ok(Blueprint { key, constants })
     }
 }

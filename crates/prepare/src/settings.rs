@@ -59,7 +59,7 @@ pub enum Sampler {
 
 /// Whether neighbouring pixels use each other's paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum SharedPaths {
+pub enum PathReuse {
     /// They do not.
     #[default]
     Off,
@@ -88,7 +88,7 @@ pub struct Settings {
     pub one_scramble: bool,
     /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
     /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
-    pub shared_paths: SharedPaths,
+    pub path_reuse: PathReuse,
     /// Whether some pixels get more samples than others, as `surelight_render::Renderer::adapt` finds worth while. Particles from lights are not for
     /// one pixel: they stay as many.
     pub adaptive: bool,
@@ -122,7 +122,7 @@ impl Settings {
             integrator: Integrator::default(),
             sampler: Sampler::default(),
             one_scramble: false,
-            shared_paths: SharedPaths::default(),
+            path_reuse: PathReuse::default(),
             adaptive: false,
             transparent: false,
             seed: 0,

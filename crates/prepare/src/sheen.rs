@@ -14,7 +14,7 @@ const COLUMNS: usize = 64;
 const ROWS: usize = 64;
 
 /// Cosines below this are taken for it; twin of `SHEEN_COSINE_LEAST`.
-const COSINE_LEAST: f64 = 1e-3;
+const MIN_COSINE: f64 = 1e-3;
 
 /// The table, row after row.
 pub fn sheen_albedos() -> &'static [f32] {
@@ -30,7 +30,7 @@ pub fn sheen_albedos() -> &'static [f32] {
 
 /// ∫ D·V·cosθi dωi of white fibres seen at this cosine.
 fn albedo(cos_o: f64, alpha: f64) -> f64 {
-    integral(cos_o.max(COSINE_LEAST), alpha, 32)
+    integral(cos_o.max(MIN_COSINE), alpha, 32)
 }
 
 /// Gauss–Legendre in φ, where the integrand is even, and in sqrt(cosθi), since masking is steep at the horizon.
@@ -55,7 +55,7 @@ fn integral(cos_o: f64, alpha: f64, points: usize) -> f64 {
             })
             .sum();
         // Both halves of the azimuth, each π long; dcosθi = 2t dt; nodes and weights are those of [−1, 1].
-        sum += weight * t * d * PI / (4.0 * cos_o * (1.0 + lambda_o + lambda(cos_i.max(COSINE_LEAST), alpha)));
+        sum += weight * t * d * PI / (4.0 * cos_o * (1.0 + lambda_o + lambda(cos_i.max(MIN_COSINE), alpha)));
     }
     sum * (2.0 + 1.0 / alpha) / (2.0 * PI)
 }

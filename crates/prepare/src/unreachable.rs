@@ -26,13 +26,13 @@ use super::view::View;
 /// Rays through the picture.
 const RAYS: u32 = 4096;
 /// Shares below this are not told.
-const LEAST_SHARE: f64 = 0.01;
+const MIN_SHARE: f64 = 0.01;
 /// Emitters of whose light this much is found by chance alone are told.
-const MOST_BY_CHANCE: f64 = 0.9;
+const MAX_CHANCE_SHARE: f64 = 0.9;
 /// Roughness below which lobes are deltas: α < 1e-4.
 const SMOOTH: f32 = 0.01;
 /// Surfaces without cover that a ray may pass.
-const MOST_PASSED: u32 = 64;
+const MAX_PASSED: u32 = 64;
 
 /// Light that estimators cannot connect.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,7 @@ impl Display for Percent {
 }
 
 /// What the flow of light says of the lights. `eye`: the camera's, where light is traced from the lights.
-pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&Eye>) -> Vec<Unreachable> {
+pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&ProbeRays>) -> Vec<Unreachable> {
     let name = |&i: &usize| {
         let name = &scene.lights[i].name;
         if name.is_empty() { format!("light {i}") } else { format!("'{name}'") }
@@ -123,18 +123,18 @@ pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&
     let mut found = Vec::new();
     if let Some(eye) = eye {
         let specular = scene.materials.iter().map(specular_share).collect();
-        let share = Walk { scene, accel, specular }.seen(eye);
-        if !lights.is_empty() && share >= LEAST_SHARE {
+        let share = SpecularWalk { scene, accel, specular }.seen(eye);
+        if !lights.is_empty() && share >= MIN_SHARE {
             found.push(Unreachable::SeenBehind { lights, share });
         }
         // Pixels that are met by chance are not certified; the picture as a whole is not chance's.
         return found;
     }
-    if !lights.is_empty() && flow.missing_share >= LEAST_SHARE {
+    if !lights.is_empty() && flow.missing_share >= MIN_SHARE {
         found.push(Unreachable::Missing { lights, share: flow.missing_share });
     }
     // Under an environment an emitter is not all there is, and what is met by chance is seldom dark.
-    if scene.environment.is_none() && flow.emitter_delta_share >= MOST_BY_CHANCE {
+    if scene.environment.is_none() && flow.emitter_delta_share >= MAX_CHANCE_SHARE {
         found.push(Unreachable::ByChance { share: flow.emitter_delta_share });
     }
     found
@@ -172,7 +172,7 @@ pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 
 /// Rays of the picture's middle, right and upper edge, camera space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Eye {
+pub(super) struct ProbeRays {
     origin: DVec3,
     forward: DVec3,
     right: DVec3,
@@ -181,7 +181,7 @@ pub(super) struct Eye {
     planes: Planes,
 }
 
-impl Eye {
+impl ProbeRays {
     pub(super) fn new(camera: &Camera, view: &View, planes: Planes) -> Self {
         let [origin, forward, right, up] =
             [view.origin, view.forward, view.right, view.up].map(|v| Vec3::from(v).as_dvec3());
@@ -190,17 +190,17 @@ impl Eye {
     }
 }
 
-struct Walk<'a> {
+struct SpecularWalk<'a> {
     scene: &'a Scene,
     accel: &'a Accel,
     specular: Vec<f64>,
 }
 
-impl Walk<'_> {
+impl SpecularWalk<'_> {
     /// What the first surface on a ray that covers anything does; `None` where there is none. Camera space.
     fn first(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let mut ray = Ray::new(origin.as_vec3(), direction.as_vec3());
-        for _ in 0..MOST_PASSED {
+        for _ in 0..MAX_PASSED {
             let hit = self.accel.intersect(&ray)?;
             let source = &self.accel.triangles[hit.prim as usize];
             let material = self.scene.meshes[source.mesh as usize].material;
@@ -214,7 +214,7 @@ impl Walk<'_> {
     }
 
     /// Of the picture, the share that shows what goes on without being scattered.
-    fn seen(&self, eye: &Eye) -> f64 {
+    fn seen(&self, eye: &ProbeRays) -> f64 {
         let share = |i: u32| {
             let u = point(i, RAYS) * 2.0 - 1.0;
             let across = eye.right * u.x + eye.up * u.y;

@@ -9,7 +9,7 @@ use crate::{Camera, ClipRange, Mesh, Projection, Scene};
 const YFOV: f64 = 0.7;
 
 /// With more placed vertices than this, boxes of meshes are transformed in place of vertices.
-const MOST_VERTICES: usize = 50_000_000;
+const MAX_VERTICES: usize = 50_000_000;
 
 /// Corners beyond this count as not finite: a frame around them would overflow.
 const FARTHEST: f64 = 1e100;
@@ -22,7 +22,7 @@ impl Scene {
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let points: Vec<Vec<DVec3>> = self.meshes.par_iter().map(corners_of).collect();
         let placed: usize = self.instances.iter().map(|i| points[i.mesh].len()).fold(0, usize::saturating_add);
-        let points = if placed <= MOST_VERTICES {
+        let points = if placed <= MAX_VERTICES {
             points
         } else {
             points.into_iter().map(|p| bounds(p.into_iter()).map_or(Vec::new(), box_corners)).collect()

@@ -322,7 +322,7 @@ fn follow(scene: &Scene, mut origin: DVec3, mut direction: DVec3) -> Option<u32>
 }
 
 #[test]
-fn corridor_reflects_as_often_as_asked() {
+fn corridor_reflects_as_often_as_requested() {
     for k in [0, 1, 2, 3, 10] {
         let scene = probes::mirror_corridor(k, [0.9; 3]);
         let camera = &scene.cameras[0].to_world;

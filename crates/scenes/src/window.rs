@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sun_meets_the_pane_at_its_cosine() {
+    fn the_sun_reaches_the_pane_at_its_cosine() {
         let LightKind::Directional { direction } = window().lights[0].kind else { panic!("the sun is far away") };
         assert!((direction.x + SUN_COSINE).abs() < 1e-9, "{direction}");
     }

@@ -53,7 +53,7 @@ where
     if words.iter().any(|word| word == "-h") {
         cli = with_short_help(cli);
     }
-    let matches = cli.try_get_matches_from_mut(words).map_err(|error| clearer(error, &mut cli))?;
+    let matches = cli.try_get_matches_from_mut(words).map_err(|error| clarify(error, &mut cli))?;
     let mut command = match Cli::from_arg_matches(&matches)?.command {
         Some(command) => command,
         None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
@@ -127,7 +127,7 @@ fn definition() -> clap::Command {
 }
 
 /// clap takes a second scene for a command in the wrong place.
-fn clearer(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
+fn clarify(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
     match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
         (ErrorKind::ArgumentConflict, Some(ContextValue::String(word))) if cli.find_subcommand(word).is_none() => {
             let message = format!("unexpected argument '{word}': one scene at a time, and a command comes first");

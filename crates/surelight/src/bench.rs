@@ -16,7 +16,7 @@ use surelight_bench::{
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_render::{Cut, Device, Settings, may_have_caustics};
+use surelight_render::{ClippedRays, Device, Settings, may_have_caustics};
 
 use crate::error::Error;
 use crate::parse::Size;
@@ -132,7 +132,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
         focus: view.lens.map(|lens| lens.focus),
         ..Settings::new(view.size.width, view.size.height)
     };
-    warnings.extend(camera::cut_warning(&view.camera, Cut::find(&scene, &view.camera, &settings)));
+    warnings.extend(camera::cut_warning(&view.camera, ClippedRays::find(&scene, &view.camera, &settings)));
     let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
     let stem = if stem.is_empty() { "scene".to_owned() } else { stem };
     let mut name = stem.clone();
@@ -190,12 +190,12 @@ mod tests {
 
     #[test]
     fn pictures_keep_their_aspect() {
-        let brought = |width, height| {
+        let bounded = |width, height| {
             let size = smaller(Size { width, height }, 256);
             (size.width, size.height)
         };
-        assert_eq!(brought(1024, 512), (256, 128));
-        assert_eq!(brought(1024, 1), (256, 1));
-        assert_eq!(brought(100, 80), (100, 80));
+        assert_eq!(bounded(1024, 512), (256, 128));
+        assert_eq!(bounded(1024, 1), (256, 1));
+        assert_eq!(bounded(100, 80), (100, 80));
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_render::Cut;
+use surelight_render::ClippedRays;
 use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use crate::error::Error;
@@ -38,7 +38,7 @@ pub(crate) struct Lens {
 
 /// Chooses the camera that the options ask for, else the file's first, else one that frames the model.
 pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option<Size>) -> Result<View, Error> {
-    let asked_aspect = size.map(|s| f64::from(s.width) / f64::from(s.height));
+    let requested_aspect = size.map(|s| f64::from(s.width) / f64::from(s.height));
     let mut note = None;
     let mut camera = if let (Some(eye), Some(target)) = (args.eye, args.target) {
         look_at(DVec3::from(eye), DVec3::from(target))?
@@ -48,7 +48,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
         first.clone()
     } else {
         note = Some("the file has no camera: the whole model is framed (--eye and --target choose a view)".to_owned());
-        scene.frame_camera(asked_aspect.unwrap_or(DEFAULT_ASPECT))
+        scene.frame_camera(requested_aspect.unwrap_or(DEFAULT_ASPECT))
     };
     if let Some(degrees) = args.fov {
         let Projection::Perspective { yfov, .. } = &mut camera.projection else {
@@ -65,7 +65,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
 }
 
 /// A warning where the camera's clipping planes cut something off the picture.
-pub(crate) fn cut_warning(camera: &Camera, cut: Cut) -> Option<String> {
+pub(crate) fn cut_warning(camera: &Camera, cut: ClippedRays) -> Option<String> {
     let ClipRange { near, far } = camera.clip;
     let what = match (cut.near, cut.far) {
         (true, true) => format!("nearer than znear = {near} m and farther than zfar = {far} m"),
@@ -174,10 +174,10 @@ mod tests {
         let view = |clip| choose(&scene, Path::new("x.glb"), &CameraArgs { clip, ..args() }, None).unwrap();
         assert_eq!(view(Clip::On).camera.clip, clip);
         assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
-        let cut = Cut { near: true, ..Cut::default() };
+        let cut = ClippedRays { near: true, ..ClippedRays::default() };
         let text = cut_warning(&scene.cameras[0], cut).unwrap();
         assert_eq!(text, "camera \"a\" does not show what is nearer than znear = 2 m (--clip off shows it)");
-        assert_eq!(cut_warning(&scene.cameras[0], Cut::default()), None);
+        assert_eq!(cut_warning(&scene.cameras[0], ClippedRays::default()), None);
     }
 
     #[test]

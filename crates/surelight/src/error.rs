@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_saved_and_what_is_not_is_one_sentence() {
+    fn written_and_failed_outputs_are_one_sentence() {
         let error = |name: &str| WriteError { path: name.into(), cause: "the disk is full".into() };
         let files = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         for (failed, saved, checkpoint, text) in [
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_are_brought_into_one_form() {
+    fn messages_have_one_form() {
         assert_eq!(sentence("The file \"a\" is gone."), "the file \"a\" is gone");
         assert_eq!(sentence("GPU lost:\n  timeout"), "GPU lost: timeout");
         assert_eq!(sentence("Box  One.glb is cut short."), "Box  One.glb is cut short");

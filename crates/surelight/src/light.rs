@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dark_file_gets_a_white_sky_and_is_told() {
+    fn a_dark_file_gets_a_white_sky_and_a_note() {
         let mut scene = Scene::default();
         assert!(set(&mut scene, &args(None)).unwrap().is_some());
         assert_eq!(scene.environment, Some(Environment::Uniform([1.0; 3])));

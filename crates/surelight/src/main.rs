@@ -50,7 +50,7 @@ const CANNOT_TELL: u8 = 5;
 
 fn main() -> ExitCode {
     // Help and wrong usage end here, with the exit codes 0 and 2.
-    let command = args::parse(std::env::args_os()).unwrap_or_else(|told| told.exit());
+    let command = args::parse(std::env::args_os()).unwrap_or_else(|error| error.exit());
     headless::silence_layers();
     interrupt::survive_file_size_limit();
     panic::set_hook(Box::new(|info| {
@@ -60,15 +60,15 @@ fn main() -> ExitCode {
     let done = panic::catch_unwind(|| match command {
         Command::Render(args) => render(&args),
         Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Measure(args) => measure::run(&args).map(met),
+        Command::Measure(args) => measure::run(&args).map(target_exit_code),
         Command::Integrate(args) => integrate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => compare::run(&args).map(|finding| match finding {
-            compare::Finding::Same => ExitCode::SUCCESS,
-            compare::Finding::Differ => ExitCode::from(DIFFER),
-            compare::Finding::CannotTell => ExitCode::from(CANNOT_TELL),
+            compare::CompareResult::Same => ExitCode::SUCCESS,
+            compare::CompareResult::Differ => ExitCode::from(DIFFER),
+            compare::CompareResult::CannotTell => ExitCode::from(CANNOT_TELL),
         }),
         Command::Bench(args) => bench::run(&args),
-        Command::Merge(args) => merge::run(&args).map(met),
+        Command::Merge(args) => merge::run(&args).map(target_exit_code),
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
     });
     match done {
@@ -82,7 +82,7 @@ fn main() -> ExitCode {
 }
 
 /// The exit code of a command with a target.
-fn met(target: bool) -> ExitCode {
+fn target_exit_code(target: bool) -> ExitCode {
     if target { ExitCode::SUCCESS } else { ExitCode::from(STOPPED_EARLY) }
 }
 

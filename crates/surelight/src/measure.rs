@@ -26,10 +26,10 @@ const DEFAULT_SPP: u32 = 256;
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Samples of a pixel in a batch: sums on the device are f32.
-const MOST_SAMPLES: u32 = 1024;
+const MAX_SAMPLES: u32 = 1024;
 
 /// Batches at least where pixels differ: each pixel's variance comes from its own.
-const LEAST_BATCHES: u32 = 16;
+const MIN_BATCHES: u32 = 16;
 
 /// The pilot's samples a pixel, in so many batches.
 const PILOT_SAMPLES: u32 = 16;
@@ -39,7 +39,7 @@ const PILOT_BATCHES: u32 = 4;
 const MARGIN: f64 = 1.05;
 
 /// Shortest time between two lines of progress, seconds.
-const LOG_EVERY: f64 = 10.0;
+const LOG_INTERVAL_SECONDS: f64 = 10.0;
 
 /// Replicates of the pilot are numbered from here, so that nothing of it is used again.
 const PILOT_FIRST: u32 = 1 << 31;
@@ -174,7 +174,7 @@ struct Plan {
 
 impl Plan {
     /// A line of a log: what is done, what is left.
-    fn tell(&self, batches: u32, seconds: f64) {
+    fn log_progress(&self, batches: u32, seconds: f64) {
         let samples = |batches: u32| self.pixels as f64 * f64::from(self.samples) * f64::from(batches) / 1e6;
         let by_number = seconds / f64::from(batches) * f64::from(self.batches - batches);
         let by_time = self.deadline.map_or(f64::MAX, |d| d.saturating_duration_since(Instant::now()).as_secs_f64());
@@ -219,12 +219,12 @@ impl Measurement<'_> {
         let default = (!limited).then_some(if self.setup.same { DEFAULT_SAMPLES } else { DEFAULT_SPP });
         // Samples of each pixel here.
         let share = if self.setup.same { pixels } else { u64::from(self.setup.parts) };
-        let asked = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
-        let least = if self.setup.same { 1 } else { LEAST_BATCHES };
+        let samples_requested = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
+        let least = if self.setup.same { 1 } else { MIN_BATCHES };
         let mut plan = Plan { pixels, samples: 1, batches: u32::MAX, deadline, pilot_samples: 0, end: "done" };
         if !limited {
-            let each = asked.unwrap_or(1);
-            plan.samples = power_of_two(each / u64::from(LEAST_BATCHES)).min(MOST_SAMPLES);
+            let each = samples_requested.unwrap_or(1);
+            plan.samples = power_of_two(each / u64::from(MIN_BATCHES)).min(MAX_SAMPLES);
             plan.batches = each.div_ceil(plan.samples.into()).clamp(least.into(), u32::MAX.into()) as u32;
             return Ok(plan);
         }
@@ -238,7 +238,7 @@ impl Measurement<'_> {
         }
         self.batch = 0;
         plan.pilot_samples = self.renderer.counts.paths - paths_before;
-        let seconds_a_batch = began.elapsed().as_secs_f64() / f64::from(PILOT_BATCHES);
+        let seconds_per_batch = began.elapsed().as_secs_f64() / f64::from(PILOT_BATCHES);
         plan.samples = pilot_each;
         let mut wanted = u64::from(u32::MAX); // batches
         if let Some(error) = args.error {
@@ -247,17 +247,17 @@ impl Measurement<'_> {
         } else {
             // As many batches as there is time for keep the clock; few of more samples are better stratified.
             let left = deadline.map_or(0.0, |d| (d - Instant::now().min(d)).as_secs_f64());
-            let fits = (left / 32.0 / seconds_a_batch.max(1e-6)) as u64;
-            plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MOST_SAMPLES);
+            let fits = (left / 32.0 / seconds_per_batch.max(1e-6)) as u64;
+            plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MAX_SAMPLES);
         }
         if args.error.is_some() {
-            while wanted >= 128 && plan.samples < MOST_SAMPLES {
+            while wanted >= 128 && plan.samples < MAX_SAMPLES {
                 plan.samples *= 2;
                 wanted = wanted.div_ceil(2);
             }
         }
-        if let Some(asked) = asked {
-            let most = asked.div_ceil(plan.samples.into());
+        if let Some(samples_requested) = samples_requested {
+            let most = samples_requested.div_ceil(plan.samples.into());
             if most < wanted {
                 plan.end = if args.error.is_some() { "samples" } else { "done" };
                 wanted = most;
@@ -272,12 +272,12 @@ impl Measurement<'_> {
         let mut tally = self.tally();
         let least = if self.setup.same { 1 } else { 2 };
         let began = Instant::now();
-        let mut next = LOG_EVERY;
+        let mut next = LOG_INTERVAL_SECONDS;
         while tally.batches() < plan.batches {
             let seconds = began.elapsed().as_secs_f64();
             if tally.batches() > 0 && seconds >= next {
-                next = seconds + (seconds / 2.0).max(LOG_EVERY);
-                plan.tell(tally.batches(), seconds);
+                next = seconds + (seconds / 2.0).max(LOG_INTERVAL_SECONDS);
+                plan.log_progress(tally.batches(), seconds);
             }
             let deadline = plan.deadline.filter(|_| tally.batches() >= least);
             if !self.trace(plan.samples, &mut tally, deadline)? || deadline.is_some_and(|d| Instant::now() >= d) {
@@ -300,7 +300,7 @@ fn batches_for(pilot: &Tally, found: &Estimate, factor: f64, error: f64, confide
     let caution = pilot.cautious_variance(factor);
     let mean = (found.mean.abs() - quantile * found.variance.sqrt()).max(0.5 * found.mean.abs());
     if mean == 0.0 || !caution.is_finite() {
-        return u64::from(LEAST_BATCHES);
+        return u64::from(MIN_BATCHES);
     }
     let needed = MARGIN * f64::from(PILOT_BATCHES) * caution * (quantile / (error * mean)).powi(2);
     (needed.ceil() as u64).max(1)

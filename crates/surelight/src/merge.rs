@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use surelight_film::{MergePlan, PartFile, Sameness};
+use surelight_film::{Compatibility, MergePlan, PartFile};
 
 use crate::error::Error;
 use crate::exposure::{self, Automatic, Exposure, Hint};
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     output::check(&args.output, &args.parts)?;
     let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let transparent = parts.iter().any(|part| part.metadata.is_transparent());
-    let plan = MergePlan::new(parts, if args.mixed { Sameness::Estimator } else { Sameness::Bits })?;
+    let plan = MergePlan::new(parts, if args.mixed { Compatibility::Estimator } else { Compatibility::Bits })?;
     render::check_memory(&plan.window, transparent)?;
     let (missing, samples) = (plan.missing, plan.samples);
     let (film, mut metadata) = plan.join()?;

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_that_no_direction_meets_are_told() {
+    fn lights_that_no_direction_hits_are_reported() {
         let light =
             Light { name: String::new(), kind: LightKind::Point { position: DVec3::ZERO }, intensity: [1.0; 3] };
         let mut scene = Scene { lights: vec![light], ..Scene::default() };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use surelight_film::LEAST_SAMPLES;
+use surelight_film::MIN_CERTIFIED_SAMPLES;
 use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
@@ -109,8 +109,8 @@ pub(crate) struct RenderArgs {
     ///
     /// Reduces noise greatly where most light is indirect and diffuse, at the price of noise that
     /// is correlated within blocks. Unbiased. Needs the `mis` integrator.
-    #[arg(long, value_enum, default_value_t = SharedPaths::Auto, help_heading = heading::SAMPLING)]
-    pub(crate) shared_paths: SharedPaths,
+    #[arg(long, value_enum, default_value_t = PathReuse::Auto, help_heading = heading::SAMPLING)]
+    pub(crate) shared_paths: PathReuse,
 
     /// Draw all samples of a pixel from one scrambled Sobol sequence
     ///
@@ -162,7 +162,7 @@ impl RenderArgs {
     /// Whether all points of a pixel are of one sequence. Without independent batches the error told is an upper bound; below the
     /// number of samples that a certificate takes, that is a small price for a better picture.
     pub(crate) fn is_one_sequence(&self) -> bool {
-        let short = self.planned().is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
+        let short = self.planned().is_some_and(|spp| u64::from(spp) < MIN_CERTIFIED_SAMPLES);
         self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
     }
 
@@ -393,7 +393,7 @@ pub(crate) struct DevicesArgs {
 
 /// When pixels share paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SharedPaths {
+pub(crate) enum PathReuse {
     /// Where it pays for the scene, and more than 262,144 paths are planned
     Auto,
     /// Always

@@ -9,9 +9,9 @@ use crate::input::SceneSource;
 use crate::parse::{Format, OutputPath};
 
 /// The files to write: those asked for, or the scene's name as .png and .exr in the current folder.
-pub(crate) fn choose(scene: &SceneSource, asked: &[OutputPath]) -> Vec<OutputPath> {
-    if !asked.is_empty() {
-        return asked.to_vec();
+pub(crate) fn choose(scene: &SceneSource, requested: &[OutputPath]) -> Vec<OutputPath> {
+    if !requested.is_empty() {
+        return requested.to_vec();
     }
     let named = |extension: &str, format| {
         let mut name = scene.stem().to_owned();

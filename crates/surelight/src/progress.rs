@@ -11,9 +11,9 @@ use crate::console;
 /// Steps of the bar from start to target.
 const STEPS: u64 = 1000;
 /// Shortest time between two lines in a log, seconds.
-const LOG_EVERY: f64 = 10.0;
+const LOG_INTERVAL_SECONDS: f64 = 10.0;
 /// Longest time between two lines in a log, seconds.
-const LOG_AT_LEAST_EVERY: f64 = 300.0;
+const MAX_LOG_INTERVAL_SECONDS: f64 = 300.0;
 
 /// Share of the work that is done: the samples or the time, whichever is nearer its end.
 fn done(status: &render::Progress, goal: Goal) -> f64 {
@@ -33,7 +33,7 @@ fn sentence(status: &render::Progress) -> String {
             format!("{samples} of {target} samples a pixel")
         }
         None if status.pilot => "a pilot that finds out how many samples it will take".to_owned(),
-        None => samples_a_pixel(status.spp.into()),
+        None => samples_per_pixel(status.spp.into()),
     };
     if status.counts.rays > 0 {
         text += &format!(", {:.3} Mrays/s", Significant(mega_rate(status.counts.rays, status.seconds)));
@@ -65,7 +65,7 @@ impl Progress {
             return Self::Quiet;
         }
         if !console::watched() {
-            return Self::Log { next: LOG_EVERY };
+            return Self::Log { next: LOG_INTERVAL_SECONDS };
         }
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
         bar.set_style(ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -92,7 +92,7 @@ impl Progress {
             Self::Log { .. } => {
                 let samples = goal.spp.map_or(String::new(), |spp| {
                     let most = if goal.precision.is_some() { "at most " } else { "" };
-                    format!(", {most}{}", samples_a_pixel(spp.into()))
+                    format!(", {most}{}", samples_per_pixel(spp.into()))
                 });
                 console::note(&format!("tracing {width}x{height} pixels{samples} on {adapter}"));
             }
@@ -111,7 +111,8 @@ impl Progress {
                 if status.seconds >= *next {
                     console::note(&sentence(status));
                     // Ever fewer lines: a log of a night is read in one glance.
-                    *next = status.seconds + (status.seconds / 4.0).clamp(LOG_EVERY, LOG_AT_LEAST_EVERY);
+                    *next =
+                        status.seconds + (status.seconds / 4.0).clamp(LOG_INTERVAL_SECONDS, MAX_LOG_INTERVAL_SECONDS);
                 }
             }
         }
@@ -126,7 +127,7 @@ impl Progress {
 }
 
 /// "1 sample a pixel", "2 samples a pixel".
-pub(crate) fn samples_a_pixel(count: u64) -> String {
+pub(crate) fn samples_per_pixel(count: u64) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} sample{plural} a pixel")
 }

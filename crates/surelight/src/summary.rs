@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_film::{CERTIFIED_SHARE, ErrorSummary, LEAST_SAMPLES};
+use surelight_film::{CERTIFIED_SHARE, ErrorSummary, MIN_CERTIFIED_SAMPLES};
 
 use crate::exposure::{Automatic, Hint};
 use crate::progress::Significant;
@@ -305,7 +305,8 @@ impl Intervals {
     fn verdict(&self, spp: u64, extendable: bool) -> Vec<String> {
         let resume = if extendable { "--resume " } else { "" };
         let confidence = Percent(self.confidence);
-        if let Some(half_width) = self.half_width.filter(|_| spp >= LEAST_SAMPLES || self.certified >= CERTIFIED_SHARE)
+        if let Some(half_width) =
+            self.half_width.filter(|_| spp >= MIN_CERTIFIED_SAMPLES || self.certified >= CERTIFIED_SHARE)
         {
             let outcome = match self.target {
                 None => String::new(),
@@ -320,9 +321,9 @@ impl Intervals {
                 "certified {share} of the pixels that light can reach; nine tenths of these within {half_width} at {confidence} confidence{outcome}"
             )];
         }
-        let mut lines = Vec::from([if spp < LEAST_SAMPLES {
+        let mut lines = Vec::from([if spp < MIN_CERTIFIED_SAMPLES {
             format!(
-                "certified no pixel yet: a certificate takes {LEAST_SAMPLES} samples ({resume}--spp {LEAST_SAMPLES})"
+                "certified no pixel yet: a certificate takes {MIN_CERTIFIED_SAMPLES} samples ({resume}--spp {MIN_CERTIFIED_SAMPLES})"
             )
         } else {
             format!(
@@ -450,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn it_leads_with_what_was_made_and_how_good_it_is() {
+    fn it_leads_with_the_outputs_and_their_quality() {
         let text = summary().to_string();
         let heads: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
         assert_eq!(heads[..3], ["image", "noise", "certified"]);

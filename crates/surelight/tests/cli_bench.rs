@@ -113,7 +113,7 @@ fn a_report_is_whole_and_its_data_are_right() {
 }
 
 #[test]
-fn resuming_measures_only_what_is_missing() {
+fn resuming_measures_only_missing_trials() {
     let folder = Folder::new();
     folder.run(&format!("{TINY} --spp 8 -o report")).succeeded();
     // As if it had been interrupted in the second repeat of the second method.
@@ -220,8 +220,8 @@ fn shared_paths_can_be_raced() {
     let [alone_once, shared_once] = [alone, shared].map(|name| format!("{name} ≤ 1 bounce"));
     assert_eq!(raced, [(&*alone_once, "off"), (&*shared_once, "on"), (alone, "off"), (shared, "on")]);
     // Light of one bounce comes from lamps alone.
-    let told: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
-    assert_eq!(told, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
+    let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
+    assert_eq!(output, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
     // Where they are shared, more rays are walked for as many paths.
     let rays = |method| data.scenes[0].rows_of(method).filter(|row| row.spp == 4).map(|row| row.rays).sum::<u64>();
     assert_eq!(rays(0), rays(1));

@@ -69,7 +69,7 @@ fn an_image_is_itself() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn incomparable_images_are_reported() {
     let folder = Folder::new();
     folder.run("{box} --size 16x16 --spp 2 -o a.exr --quiet").succeeded();
     folder.run("{box} --size 16x12 --spp 2 -o small.exr --quiet").succeeded();
@@ -104,15 +104,15 @@ fn images_of_other_renderers_get_metrics_and_with_a_variance_a_verdict() {
 }
 
 #[test]
-fn what_noise_hides_is_not_called_the_same() {
+fn differences_below_noise_are_not_called_the_same() {
     let folder = Folder::new();
     folder.run("{box} --size 16x16 --spp 64 -o a.exr --quiet").succeeded();
     folder.run("{box} --size 16x16 --spp 64 --max-bounces 0 -o dark.exr --quiet").succeeded();
     foreign(&folder, "other.exr", 0.5);
     foreign(&folder, "noise.exr", 1e6);
     let noisy = "compare a.exr other.exr --reference-variance noise.exr";
-    let told = folder.run(noisy).succeeded();
-    assert!(told.stdout.contains("cannot tell") && told.stdout.contains("Tail.K"), "{told:#?}");
+    let output = folder.run(noisy).succeeded();
+    assert!(output.stdout.contains("cannot tell") && output.stdout.contains("Tail.K"), "{output:#?}");
     let json: Value = serde_json::from_str(&folder.run(&format!("{noisy} --json")).succeeded().stdout).unwrap();
     assert_eq!((&json["verdict"]["outcome"], &json["verdict"]["differ"]), (&"cannot tell".into(), &false.into()));
     for (line, code) in [

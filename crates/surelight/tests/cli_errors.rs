@@ -43,7 +43,7 @@ fn a_missing_scene_is_named() {
 }
 
 #[test]
-fn a_truncated_glb_is_told() {
+fn a_truncated_glb_is_reported() {
     let folder = Folder::new();
     let whole = fs::read(cornell_box()).unwrap();
     for length in [0, 4, 11, 12, 20, whole.len() / 2, whole.len() - 1] {
@@ -54,7 +54,7 @@ fn a_truncated_glb_is_told() {
 }
 
 #[test]
-fn what_is_not_gltf_is_told() {
+fn files_other_than_gltf_are_reported() {
     let folder = Folder::new();
     fs::write(folder.path("a.glb"), "This is a poem.").unwrap();
     fs::write(folder.path("a.gltf"), "{\"asset\": {\"version\": \"1.0\"}}").unwrap();
@@ -105,7 +105,7 @@ fn devices_are_not_read() {
 /// kills the program.
 #[cfg(unix)]
 #[test]
-fn the_limit_on_file_sizes_is_told() {
+fn the_limit_on_file_sizes_is_reported() {
     let folder = Folder::new();
     let script = "ulimit -f 1 && exec \"$0\" \"$@\"";
     let program = env!("CARGO_BIN_EXE_surelight");
@@ -186,8 +186,8 @@ fn textures_outside_the_scenes_folder_need_permission() {
         let read = folder.run(&format!("{command} --allow-outside scenes --allow-outside textures")).succeeded();
         assert!(!read.stdout.contains("a.png,") && !read.stdout.contains("allow-outside"), "{read:#?}");
     }
-    let look = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
-    let measured = folder.run(&format!("measure scenes/a.gltf {look}")).succeeded().stdout;
+    let ray = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
+    let measured = folder.run(&format!("measure scenes/a.gltf {ray}")).succeeded().stdout;
     assert!(!measured.contains("allow-outside"), "{measured}");
 
     let over = "scenes/a.gltf --size 8x8 --spp 1 -o textures/a.png --allow-outside textures";
@@ -219,7 +219,7 @@ fn a_texture_of_the_scene_is_not_overwritten() {
 }
 
 #[test]
-fn choices_that_do_not_exist_are_told_with_those_that_do() {
+fn unknown_choices_are_reported_with_the_known_ones() {
     let folder = Folder::new();
     folder.run("{box} --camera nowhere").failed_with(&["nowhere", "cornell-box.glb"]);
     folder.run("{box} --scene 7").failed_with(&["scene", "7"]);
@@ -241,7 +241,7 @@ fn an_image_beyond_memory_is_refused() {
 /// Only Vulkan can be hidden from a program by its environment.
 #[cfg(target_os = "linux")]
 #[test]
-fn no_adapter_is_told_with_the_remedy() {
+fn no_adapter_is_reported_with_the_remedy() {
     let folder = Folder::new();
     let scene = cornell_box();
     for args in [vec![scene.as_os_str()], vec![std::ffi::OsStr::new("devices")]] {

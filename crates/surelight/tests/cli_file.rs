@@ -51,7 +51,7 @@ fn variants_and_moments_are_chosen() {
 }
 
 #[test]
-fn what_is_not_in_the_file_is_told() {
+fn unknown_selections_are_reported() {
     let folder = Folder::new();
     std::fs::write(folder.path("a.gltf"), SCENE).unwrap();
     let line = "measure a.gltf --point 0,0,3 --direction 0,0,-1";

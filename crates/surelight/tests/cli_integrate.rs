@@ -130,7 +130,7 @@ fn the_chart_shows_every_method_and_its_slope() {
 }
 
 #[test]
-fn values_that_are_not_finite_are_counted_and_heavy_tails_told() {
+fn values_that_are_not_finite_are_counted_and_heavy_tails_reported() {
     let report = json("1/x", "--over 0..1 --samples 65536");
     // Simpson's first node is 0.
     assert_eq!(number(row(&report, "Simpson"), "non_finite"), 1.0);
@@ -156,7 +156,7 @@ fn the_seed_alone_decides() {
 }
 
 #[test]
-fn bad_formulas_are_told_with_the_column() {
+fn bad_formulas_are_reported_with_the_column() {
     let folder = Folder::new();
     for (formula, words) in [
         ("5*powr(x,4)", ["column 3", "powr"]),

@@ -127,7 +127,7 @@ fn a_uniform_sky_is_pi_times_its_radiance() {
 }
 
 #[test]
-fn radiance_along_a_ray_is_that_of_what_it_meets() {
+fn radiance_along_a_ray_is_that_of_its_hit() {
     use surelight_scenes::quad_light::{LAMP_RADIANCE, radiance};
     let folder = asset("quad-light.glb");
     // The floor at (0.5, 0, 1), seen from straight above.

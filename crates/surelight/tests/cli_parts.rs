@@ -47,7 +47,7 @@ fn four_slices_and_four_crops_merge_to_the_whole() {
 }
 
 #[test]
-fn merge_tells_what_is_missing_and_refuses_what_does_not_belong() {
+fn merge_lists_missing_parts_and_refuses_foreign_ones() {
     let folder = Folder::new();
     for (name, spp, options) in [
         ("a", 16, "--samples 0..4"),
@@ -194,7 +194,7 @@ fn settings_of_another_version_are_refused() {
 }
 
 #[test]
-fn where_a_part_may_be_cut_is_told() {
+fn valid_part_boundaries_are_reported() {
     let folder = Folder::new();
     for (options, words) in [
         ("--spp 1000 --samples 0..250", "224 and 256"),
@@ -245,7 +245,7 @@ fn stopped(folder: &Folder, options: &str, signal: &str, ready: impl Fn() -> boo
 
 #[cfg(unix)]
 #[test]
-fn killed_renders_go_on_to_the_same_bytes() {
+fn killed_renders_resume_to_the_same_bytes() {
     // With a precision, what the pilot found has to be kept, too.
     for goal in ["--spp 256", "--error 12%"] {
         let folder = Folder::new();
@@ -263,7 +263,7 @@ fn killed_renders_go_on_to_the_same_bytes() {
 
 #[cfg(unix)]
 #[test]
-fn interrupted_renders_go_on_and_refuse_what_differs() {
+fn interrupted_renders_resume_and_refuse_other_settings() {
     let folder = Folder::new();
     // Ctrl-C takes effect once there is a sample, however early it comes.
     let (options, code) = stopped(&folder, "--spp 256", "-INT", || true);
@@ -295,7 +295,7 @@ fn interrupted_renders_go_on_and_refuse_what_differs() {
 }
 
 #[test]
-fn checkpoints_of_other_renders_are_told_and_left_alone() {
+fn checkpoints_of_other_renders_are_reported_and_left_alone() {
     let folder = Folder::new();
     // A checkpoint has the form of a part.
     box_of(&folder, 16, "--samples 0..4 -o a.checkpoint.exr").succeeded();

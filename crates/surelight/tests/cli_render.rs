@@ -88,7 +88,7 @@ fn time_stops_a_render() {
 
 /// In a room they do, by default: from as many paths on as make up for a kernel that takes longer to compile, whatever part of them is rendered.
 #[test]
-fn pixels_share_paths_where_it_pays() {
+fn path_reuse_is_chosen_where_it_pays() {
     let folder = Folder::new();
     let shares = |options: &str| {
         let ran = folder.run(&format!("{{box}} --json --quiet -o a.exr {options}")).succeeded();
@@ -154,7 +154,7 @@ fn an_empty_scene_is_sky() {
 
 /// Of a box in the dark most pixels have less than was asked for, some more; the file says how many.
 #[test]
-fn adaptive_samples_are_told_of() {
+fn adaptive_samples_are_reported() {
     let folder = Folder::new();
     let far = "{box} --size 40x40 --eye 0,1,12 --target 0,1,0 --sky 0,0,0 --quiet";
     let ran = folder.run(&format!("{far} --spp 64 --adaptive --json -o a.exr")).succeeded();
@@ -195,13 +195,13 @@ fn clipping_planes_are_followed_and_can_be_put_off() {
         let ran = folder.run(&format!("cut.glb --size 8x8 --spp 1 --json {clip} -o a.exr")).succeeded();
         let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
         let exr = read_exr(&folder.path("a.exr")).unwrap();
-        let told = summary["warnings"].to_string().contains("nearer than znear = 1000 m");
-        (told, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
+        let is_warned = summary["warnings"].to_string().contains("nearer than znear = 1000 m");
+        (is_warned, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
     };
-    let (told, shown, metadata) = render("");
-    assert!(told && !shown && !metadata.settings.unwrap().unclipped);
-    let (told, shown, metadata) = render("--clip off");
-    assert!(!told && shown && metadata.settings.unwrap().unclipped);
+    let (is_warned, shown, metadata) = render("");
+    assert!(is_warned && !shown && !metadata.settings.unwrap().unclipped);
+    let (is_warned, shown, metadata) = render("--clip off");
+    assert!(!is_warned && shown && metadata.settings.unwrap().unclipped);
 }
 
 /// The exposure that `auto` chooses is in the summary and in both files, and typed as a number it

@@ -39,8 +39,8 @@ fn standard_output_has_the_bytes_of_the_file() {
         assert_eq!(ran.status.code(), Some(0));
         assert!(ran.stdout == fs::read(folder.path(&format!("a.{format}"))).unwrap(), "{format}");
         // The summary goes where it is in nobody's way.
-        let told = String::from_utf8(ran.stderr).unwrap();
-        assert!(told.contains("image     standard output (8x8)") && told.contains("noise     "), "{told}");
+        let stderr = String::from_utf8(ran.stderr).unwrap();
+        assert!(stderr.contains("image     standard output (8x8)") && stderr.contains("noise     "), "{stderr}");
     }
     assert_eq!(folder.files(), ["a.exr", "a.png"]);
 }
@@ -94,9 +94,9 @@ fn a_render_that_ends_early_writes_what_it_has() {
     let folder = Folder::new();
     let line = "{box} --size 8x8 --spp 100000000 --time 0.5s --quiet -o - --format exr";
     let ran = run(&folder, line, b"");
-    let told = String::from_utf8(ran.stderr).unwrap();
-    assert_eq!(ran.status.code(), Some(3), "{told}");
-    assert!(told.contains("no checkpoint was saved") && !told.contains("goes on"), "{told}");
+    let stderr = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("no checkpoint was saved") && !stderr.contains("goes on"), "{stderr}");
     assert!(ran.stdout.starts_with(&[0x76, 0x2f, 0x31, 0x01]) && folder.files().is_empty());
 
     let ran = run(&folder, &format!("{line} -o b.png"), b"");
@@ -121,11 +121,11 @@ fn scenes_come_from_standard_input() {
     assert_eq!(metadata.settings.unwrap().scene, "standard input");
     assert_eq!(metadata.scene_hash, file.surelight_metadata().unwrap().scene_hash);
 
-    let told = Ran::from(run(&folder, "info -", &glb)).succeeded().stdout;
-    assert!(told.contains("standard input") && told.contains("triangles"), "{told}");
-    let told =
+    let listing = Ran::from(run(&folder, "info -", &glb)).succeeded().stdout;
+    assert!(listing.contains("standard input") && listing.contains("triangles"), "{listing}");
+    let measured =
         Ran::from(run(&folder, "measure - --irradiance 0,0.5,0 --normal 0,1,0 --spp 256 --json", &glb)).succeeded();
-    assert!(told.stdout.contains("standard input"), "{told:?}");
+    assert!(measured.stdout.contains("standard input"), "{measured:?}");
     // Both at once.
     let ran = run(&folder, &format!("- {SMALL} -o - --format exr"), &glb);
     assert!(ran.status.success() && ran.stdout == fs::read(folder.path("stdin.exr")).unwrap());

@@ -89,7 +89,7 @@ fn devices_lists_what_render_can_use() {
 }
 
 #[test]
-fn info_tells_contents_kernel_and_gaps() {
+fn info_lists_contents_kernel_and_gaps() {
     let folder = Folder::new();
     let text = folder.run("info {box}").succeeded().stdout;
     for word in ["triangles", "cameras", "area_lights", "does without", "transmission"] {

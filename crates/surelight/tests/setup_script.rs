@@ -109,7 +109,7 @@ fn each_distribution_is_served_with_its_own_packages_and_only_once() {
 }
 
 #[test]
-fn an_unknown_distribution_is_told_what_is_missing() {
+fn an_unknown_distribution_learns_which_packages_are_missing() {
     let machine = Machine::new(&[]).with_driver("libvulkan_lvp.so");
     let output = machine.run();
     assert!(!output.status.success());
@@ -117,7 +117,7 @@ fn an_unknown_distribution_is_told_what_is_missing() {
 }
 
 #[test]
-fn missing_rust_is_told_and_not_installed() {
+fn missing_rust_is_reported_and_not_installed() {
     let machine = Machine::new(&["apt-get"]).with_driver("libvulkan_lvp.so");
     fs::write(machine.path("libraries"), "libvulkan.so.1").unwrap();
     fs::remove_file(machine.path("bin/cargo")).unwrap();

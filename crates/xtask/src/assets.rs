@@ -7,10 +7,10 @@ use std::path::Path;
 use surelight_scenes::{Entry, GALLERY, extensions, glb, spheres, torture};
 
 /// No committed scene may be larger.
-const MOST_BYTES: usize = 300 * 1024;
+const MAX_BYTES: usize = 300 * 1024;
 
 /// No committed scene of the torture list may be larger.
-const MOST_TORTURE_BYTES: usize = 100 * 1024;
+const MAX_TORTURE_BYTES: usize = 100 * 1024;
 
 /// Folder of the torture list's scenes in `assets/`.
 const TORTURE: &str = "torture";
@@ -79,7 +79,7 @@ fn generate() -> Result<Vec<File>, String> {
     let mut files = Vec::new();
     let mut table = String::new();
     for entry in GALLERY {
-        let (bytes, row) = scene_file(entry, MOST_BYTES)?;
+        let (bytes, row) = scene_file(entry, MAX_BYTES)?;
         table.push_str(&row);
         files.push((format!("{}.glb", entry.name), bytes));
     }
@@ -94,7 +94,7 @@ fn generate() -> Result<Vec<File>, String> {
     files.push(("README.md".to_owned(), readme(&table).into_bytes()));
     let mut plates = String::new();
     for file in extensions::FILES {
-        let (bytes, row) = scene_file(&file.entry, MOST_TORTURE_BYTES)?;
+        let (bytes, row) = scene_file(&file.entry, MAX_TORTURE_BYTES)?;
         plates.push_str(&row);
         files.push((format!("{EXTENSIONS}/{}.glb", file.entry.name), bytes));
     }
@@ -103,7 +103,7 @@ fn generate() -> Result<Vec<File>, String> {
     for case in torture::cases() {
         let Entry { name, shows, known, .. } = case.entry;
         let row = if case.file {
-            let (bytes, row) = scene_file(&case.entry, MOST_TORTURE_BYTES)?;
+            let (bytes, row) = scene_file(&case.entry, MAX_TORTURE_BYTES)?;
             files.push((format!("{TORTURE}/{name}.glb"), bytes));
             row
         } else {
@@ -116,12 +116,12 @@ fn generate() -> Result<Vec<File>, String> {
 }
 
 /// A scene's file and its row of the table.
-fn scene_file(entry: &Entry, most_bytes: usize) -> Result<(Vec<u8>, String), String> {
+fn scene_file(entry: &Entry, max_bytes: usize) -> Result<(Vec<u8>, String), String> {
     let Entry { name, shows, known, build } = entry;
     let scene = build();
     let bytes = glb::encode(&scene, known).map_err(|e| format!("{name}: {e}"))?;
-    if bytes.len() > most_bytes {
-        return Err(format!("{name}.glb takes {} bytes; the limit is {most_bytes}", bytes.len()));
+    if bytes.len() > max_bytes {
+        return Err(format!("{name}.glb takes {} bytes; the limit is {max_bytes}", bytes.len()));
     }
     let row = format!("| {name}.glb | {shows} | {known} | {} | {} |\n", scene.triangle_count(), bytes.len());
     Ok((bytes, row))
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn check_finds_what_is_missing_changed_or_foreign() {
+    fn check_finds_missing_changed_and_foreign_files() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         assert!(check(folder.path()).expect_err("nothing is there").contains("cornell-box.glb cannot be read"));
         write(folder.path()).expect("the files can be written");

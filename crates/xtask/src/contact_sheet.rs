@@ -104,8 +104,8 @@ fn render(options: &Arguments, surelight: &Path, file: &Path, picture: &Path) ->
         entry.picture = image::load_from_memory(&bytes).ok();
         let summary = String::from_utf8_lossy(&output.stdout);
         // That a camera and a sky were chosen is no news here.
-        let told = summary.lines().filter_map(|line| line.strip_prefix("warning   "));
-        entry.note = told.filter(|note| !note.starts_with("the file has no")).collect::<Vec<_>>().join(" ");
+        let warnings = summary.lines().filter_map(|line| line.strip_prefix("warning   "));
+        entry.note = warnings.filter(|note| !note.starts_with("the file has no")).collect::<Vec<_>>().join(" ");
     } else {
         entry.note = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or("no word").to_owned();
     }

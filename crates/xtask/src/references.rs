@@ -144,8 +144,8 @@ fn check(options: &Arguments, name: &str, renders: &Path) -> Result<Outcome, Str
         .output()
         .map_err(|error| format!("\"{}\" could not be started: {error}", options.surelight.display()))?;
     if !finished.status.success() {
-        let told = String::from_utf8_lossy(&finished.stderr);
-        return Err(format!("the render failed ({}): {}", finished.status, told.trim()));
+        let errors = String::from_utf8_lossy(&finished.stderr);
+        return Err(format!("the render failed ({}): {}", finished.status, errors.trim()));
     }
     compare(&read(&output)?, &reference, reference_variance.as_ref())
 }

@@ -25,7 +25,7 @@ const LARGEST_SEED: u64 = 64 << 10;
 /// What a small .gltf names may be large.
 const LARGEST_FOLDER: u64 = 2 << 20;
 const SLICE: u32 = 2000;
-const MOST_MEMORY: u64 = 1 << 30;
+const MAX_MEMORY: u64 = 1 << 30;
 
 /// What is being tried, for a watchdog to tell of when it does not end.
 #[derive(Clone, Default)]
@@ -120,7 +120,7 @@ fn run(
     );
     assert!(failures.is_empty(), "{failures:#?}");
     assert!(longest < LIMIT, "{slowest} took {longest:?}");
-    assert!(memory.is_none_or(|m| m < MOST_MEMORY), "{memory:?} bytes");
+    assert!(memory.is_none_or(|m| m < MAX_MEMORY), "{memory:?} bytes");
     // Were nothing ever accepted, only the outermost check would have been tried.
     assert!(accepted >= cases / 25, "only {accepted} of {cases} cases load");
 }

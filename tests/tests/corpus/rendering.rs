@@ -17,9 +17,9 @@ const SAMPLES: u32 = 4;
 
 /// glTF's base under Fresnel returns up to this much more than it gets, averaged over directions (see shaders/README.md),
 /// and 8 samples of 4,096 pixels stray by less than the rest.
-const MOST_OF_A_WHITE_SKY: f64 = 1.06;
+const MAX_WHITE_SKY_RADIANCE: f64 = 1.06;
 /// Share of the picture that a file must fill at least, through its own camera or the one that frames it.
-const LEAST_COVER: f64 = 0.005;
+const MIN_COVERAGE: f64 = 0.005;
 
 /// Files whose picture under a white sky is that sky and nothing else: points and lines, an alpha that is never reached, and a
 /// smooth mirror of white metal.
@@ -99,14 +99,14 @@ fn render(path: &Path, short: &str) -> Result<(), String> {
     if UNSEEN.iter().any(|name| short.contains(name)) {
         return if cover == 0.0 { Ok(()) } else { Err("something shows that has no area".into()) };
     }
-    if cover < LEAST_COVER {
+    if cover < MIN_COVERAGE {
         return Err(format!("only {:.2} % of the picture shows the scene", 100.0 * cover));
     }
     let seen = pixels.iter().filter(|&&l| l != 1.0).sum::<f64>() / (cover * pixels.len() as f64);
     if seen < 0.01 {
         return Err(format!("the scene is black: {seen:.1e} on average"));
     }
-    if !own_light && mean > MOST_OF_A_WHITE_SKY {
+    if !own_light && mean > MAX_WHITE_SKY_RADIANCE {
         return Err(format!("under a sky of radiance 1 the mean is {mean}"));
     }
     Ok(())

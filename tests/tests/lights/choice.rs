@@ -96,9 +96,9 @@ fn large_maps_are_sampled_fairly() {
         DVec3::new(sin * turn.cos(), cos, sin * turn.sin())
     };
     for y in 101..115 {
-        let told = probe(&prepared, "probe_environment_eval", &[Query::towards(centre(308, y))])[0].other_pdf;
+        let reported = probe(&prepared, "probe_environment_eval", &[Query::towards(centre(308, y))])[0].other_pdf;
         let edge = |row: u32| (std::f64::consts::PI * f64::from(row) / f64::from(height)).cos();
-        share += 14.0 * f64::from(told) * std::f64::consts::TAU / f64::from(width) * (edge(y) - edge(y + 1));
+        share += 14.0 * f64::from(reported) * std::f64::consts::TAU / f64::from(width) * (edge(y) - edge(y + 1));
     }
     let n = skies.len() as f64;
     let z = (found as f64 - share * n) / (n * share * (1.0 - share)).sqrt();

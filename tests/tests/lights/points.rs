@@ -71,7 +71,7 @@ fn points_follow_the_pdf() {
 /// Whoever meets a light by chance computes the pdf that light sampling would have had there: else the weights of multiple importance
 /// sampling would not add up to one.
 #[test]
-fn met_and_sampled_pdfs_agree() {
+fn hit_and_sampled_pdfs_agree() {
     let corner = DVec3::new(-0.7, -1.0, 0.6);
     let near = [corner, corner + DVec3::new(0.0, 1.5, 0.2), corner + DVec3::new(2.0, 0.1, 0.3)];
     for square in [false, true] {

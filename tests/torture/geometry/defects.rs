@@ -5,7 +5,7 @@ use surelight_render::{Integrator, Settings};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 use surelight_scenes::{
     glb,
-    torture::geometry::{self, Defects, Twins},
+    torture::geometry::{self, Defects, DuplicatedPart},
 };
 use surelight_tests::render::{all, bits, pooled, prepare, render, trace};
 
@@ -44,7 +44,7 @@ fn degenerate() {
 #[test]
 fn coplanar_twins() {
     let film = |twins| render(&geometry::coplanar_twins(twins), &Settings::new(32, 32), 4, 16);
-    let (single, twins) = (film(Twins::None), film(Twins::Surfaces));
+    let (single, twins) = (film(DuplicatedPart::None), film(DuplicatedPart::Surfaces));
     let lit = all(&single).filter(|&i| single.mean(i)[0] > 0.0).count();
     assert!(lit > 500, "{lit} pixels are lit");
     let differ = bits(&single).iter().zip(bits(&twins)).filter(|(a, b)| **a != *b).count();
@@ -55,10 +55,10 @@ fn coplanar_twins() {
 /// all of its light: sampled lights say up to twice what directions find. Which is right is no question of rendering; that both
 /// estimators should say the same is. When this fails, twins among lights have been told apart: make it part of `coplanar_twins`.
 #[test]
-fn coplanar_twin_lamps_are_a_known_issue() {
+fn coplanar_duplicate_lamps_are_a_known_issue() {
     let film = |integrator, seed| {
         let settings = Settings { integrator, seed, max_bounces: Some(1), ..Settings::new(24, 24) };
-        let film = render(&geometry::coplanar_twins(Twins::Lamp), &settings, 16, 32);
+        let film = render(&geometry::coplanar_twins(DuplicatedPart::Lamp), &settings, 16, 32);
         pooled(&film, 1, all(&film)).mean
     };
     let (area, hemisphere) = (film(Integrator::Area, 1), film(Integrator::default_hemisphere(), 2));

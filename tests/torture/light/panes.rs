@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use surelight_render::{Directions, Integrator, Part, Settings, SharedPaths};
+use surelight_render::{Directions, Integrator, Part, PathReuse, Settings};
 use surelight_scene::{
     AlphaMode, Clearcoat, Environment, Filter, Image, Light, LightKind, Material, Scene, Sheen, Texture, TextureRef,
     Volume, Wrap,
@@ -196,14 +196,14 @@ fn estimators_agree_through_panes() {
 
 /// Neighbours share paths on either side of panes, and none through them.
 #[test]
-fn shared_paths_agree_through_panes() {
+fn path_reuse_agrees_through_panes() {
     for (name, scene) in [("one lamp", conservatory(1)), ("a light tree", conservatory(3))] {
         for bounces in [None, Some(2)] {
             let of =
-                |shared_paths, seed| Settings { shared_paths, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
-            let shared = of(SharedPaths::On, 40);
+                |path_reuse, seed| Settings { path_reuse, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
+            let shared = of(PathReuse::On, 40);
             assert!(prepare(&scene, &shared).key().has(Part::SharedPaths));
-            compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(SharedPaths::Off, 41)], [128, 128], 0.03);
+            compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(PathReuse::Off, 41)], [128, 128], 0.03);
         }
     }
 }

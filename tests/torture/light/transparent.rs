@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use surelight_film::{Film, Window};
-use surelight_render::{Directions, Integrator, Renderer, Settings, SharedPaths};
+use surelight_render::{Directions, Integrator, PathReuse, Renderer, Settings};
 use surelight_scene::{AlphaMode, Environment, Light, LightKind, Material, Scene, Volume};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{all, device, prepare};
@@ -67,7 +67,7 @@ fn ways() -> Vec<(String, Settings)> {
         Integrator::Whitted,
     ];
     let with = |integrator| (format!("{integrator:?}"), Settings { integrator, ..picture() });
-    let shared = Settings { shared_paths: SharedPaths::On, ..picture() };
+    let shared = Settings { path_reuse: PathReuse::On, ..picture() };
     let mut ways: Vec<_> = integrators.map(with).into();
     ways.push(("shared paths".into(), shared.clone()));
     ways.push(("adaptive".into(), Settings { adaptive: true, ..picture() }));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Part, Renderer, Settings, SharedPaths};
+use surelight_render::{Part, PathReuse, Renderer, Settings};
 use surelight_scene::{Projection, Scene};
 use surelight_scenes::cornell_box::cornell_box;
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};
@@ -50,16 +50,16 @@ fn adapt(renderer: &mut Renderer<'_>) -> f64 {
 fn blocks_are_pictures_of_their_own_samples() {
     const FIRST: u32 = 4;
     let (scene, whole) = (far_box(), Window::all(SIZE[0], SIZE[1]));
-    for (shared_paths, one_scramble) in
-        [(SharedPaths::Off, true), (SharedPaths::Off, false), (SharedPaths::On, true), (SharedPaths::On, false)]
+    for (path_reuse, one_scramble) in
+        [(PathReuse::Off, true), (PathReuse::Off, false), (PathReuse::On, true), (PathReuse::On, false)]
     {
-        let settings = Settings { shared_paths, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
+        let settings = Settings { path_reuse, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
         let mut plain = with(&scene, &settings);
         let mut adaptive = with(&scene, &Settings { adaptive: true, ..settings });
         let before = trace_from(&mut adaptive, whole, FIRST, 1, 8);
         assert!(bits(&before) == bits(&trace_from(&mut plain, whole, FIRST, 1, 8)), "before the look");
 
-        let told = adapt(&mut adaptive);
+        let reported = adapt(&mut adaptive);
         let mut shares = BTreeSet::new();
         for samples in [2, 8] {
             let found = trace_from(&mut adaptive, whole, FIRST, 1, samples);
@@ -78,7 +78,7 @@ fn blocks_are_pictures_of_their_own_samples() {
                 shares.insert((samples, quarters));
             }
             let mean = all(&found).map(|i| found.samples(i)).sum::<u64>() as f64 / all(&found).len() as f64;
-            assert!(samples < 4 || told == mean / f64::from(samples), "{told} was told");
+            assert!(samples < 4 || reported == mean / f64::from(samples), "{reported} was told");
         }
         println!("samples asked for, quarters of them: {shares:?}");
         assert!(shares.contains(&(8, 1)) && shares.iter().any(|&(_, q)| q > 4), "{shares:?}");
@@ -114,7 +114,7 @@ fn adaptive_parts_have_the_bits_of_the_whole() {
 /// Over seeds, each with a look of its own, pictures of few samples have the mean of those without a look; their relative squared error is
 /// smaller by more than they have more paths.
 #[test]
-fn looking_for_noise_does_not_bias() {
+fn measuring_noise_does_not_bias() {
     const SEEDS: u32 = 192;
     let (scene, whole) = (far_box(), Window::all(SIZE[0], SIZE[1]));
     let [mut plain, mut adaptive] = [false, true].map(|adaptive| renderer(&scene, adaptive, true));

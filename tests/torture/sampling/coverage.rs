@@ -10,7 +10,7 @@
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_render::{Integrator, Renderer, Settings, SharedPaths};
+use surelight_render::{Integrator, PathReuse, Renderer, Settings};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, quad_light, veach_mis};
 use surelight_tests::render::{device, prepare};
@@ -146,13 +146,13 @@ fn intervals_of_one_scramble_hold() {
 #[test]
 fn provisional_verdicts_hold() {
     let cases = [
-        ("cornell", cornell_box::cornell_box(), Integrator::Mis, SharedPaths::On),
-        ("veach-mis", veach_mis::veach_mis(), Integrator::Mis, SharedPaths::Off),
-        ("glass", glass::glass(), Integrator::Mis, SharedPaths::Off),
-        ("glass by caustics", glass::glass(), Integrator::Caustics, SharedPaths::Off),
+        ("cornell", cornell_box::cornell_box(), Integrator::Mis, PathReuse::On),
+        ("veach-mis", veach_mis::veach_mis(), Integrator::Mis, PathReuse::Off),
+        ("glass", glass::glass(), Integrator::Mis, PathReuse::Off),
+        ("glass by caustics", glass::glass(), Integrator::Caustics, PathReuse::Off),
     ];
-    for (name, scene, integrator, shared_paths) in cases {
-        let settings = Settings { one_scramble: true, shared_paths, ..usual(integrator) };
+    for (name, scene, integrator, path_reuse) in cases {
+        let settings = Settings { one_scramble: true, path_reuse, ..usual(integrator) };
         let found = coverage(name, &scene, &settings, 4, None);
         let (holds, share) = (found.provisional, found.provisional_share);
         assert!(holds > 0.94, "{name}: intervals hold for {holds:.4}");
@@ -165,8 +165,8 @@ fn provisional_verdicts_hold() {
 
 /// Pixels that share paths err together, but each one's batches are still independent of one another.
 #[test]
-fn intervals_of_shared_paths_hold() {
-    let settings = Settings { shared_paths: SharedPaths::On, ..usual(Integrator::Mis) };
+fn intervals_of_path_reuse_hold() {
+    let settings = Settings { path_reuse: PathReuse::On, ..usual(Integrator::Mis) };
     let found = coverage("cornell, shared paths", &cornell_box::cornell_box(), &settings, 16, None);
     assert_holds("cornell, shared paths", &found);
     assert!(found.share > 0.4, "only {:.3} of the pixels are certified", found.share);

@@ -5,7 +5,7 @@ mod chi2;
 mod coverage;
 mod depth;
 mod forms;
+mod path_reuse;
 mod roulette;
-mod shared_paths;
 mod slope;
 mod stopping;

@@ -43,7 +43,11 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
         assert!(matches!(outcome, Outcome::Done | Outcome::SamplesUp), "{outcome:?}");
         let certificate = film.certify();
         let reach = precision.reach(&film, &certificate);
-        assert_eq!(outcome == Outcome::Done, precision.is_met(&reach) && film.samples(0) > 0, "{outcome:?} {reach:?}");
+        assert_eq!(
+            outcome == Outcome::Done,
+            precision.is_reached(&reach) && film.samples(0) > 0,
+            "{outcome:?} {reach:?}"
+        );
         tally.renders += 1;
         tally.done += u32::from(outcome == Outcome::Done);
         tally.spp += film.samples(0);
@@ -103,7 +107,7 @@ fn optional_stop() {
 
 /// Too few samples for so rare a light: told, not believed.
 #[test]
-fn what_cannot_be_reached_is_told() {
+fn unreachable_targets_are_reported() {
     let found = tally(1.0 / 1024.0, 0.05, 512, 0..40);
     assert_eq!(found.done, 0, "{found:?}");
     assert_eq!(found.spp, 512 * 40);

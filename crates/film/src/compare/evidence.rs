@@ -102,24 +102,24 @@ impl Evidence {
 
 /// The root of the deviance: how many standard errors a difference is worth.
 fn root(difference: f64, variance: f64, jump: f64) -> f64 {
-    let met = variance / (jump * jump) + 0.5;
+    let events = variance / (jump * jump) + 0.5;
     let missing = (difference / jump - 0.5).max(0.0);
-    let share = missing / met;
-    (2.0 * met * (share - share.ln_1p())).max(0.0).sqrt()
+    let share = missing / events;
+    (2.0 * events * (share - share.ln_1p())).max(0.0).sqrt()
 }
 
 /// The difference whose [`root`] is `quantile`.
 fn threshold(quantile: f64, variance: f64, jump: f64) -> f64 {
-    let met = variance / (jump * jump) + 0.5;
+    let events = variance / (jump * jump) + 0.5;
     let square = quantile * quantile;
     // By u − ln(1 + u) ≥ u²/(2(1 + u)) the root is reached at this share at the latest.
-    let mut range = [0.0, (square + (square * square + 4.0 * met * square).sqrt()) / (2.0 * met)];
+    let mut range = [0.0, (square + (square * square + 4.0 * events * square).sqrt()) / (2.0 * events)];
     for _ in 0..60 {
         let middle = 0.5 * (range[0] + range[1]);
-        let reached = 2.0 * met * (middle - middle.ln_1p()) >= square;
+        let reached = 2.0 * events * (middle - middle.ln_1p()) >= square;
         range[usize::from(reached)] = middle;
     }
-    (range[1] * met + 0.5) * jump
+    (range[1] * events + 0.5) * jump
 }
 
 #[cfg(test)]
@@ -143,7 +143,7 @@ mod tests {
 
     /// Of λ events none comes with probability e^(−λ), which no variance tells.
     #[test]
-    fn what_has_met_no_event_may_have_missed_some() {
+    fn a_tile_without_events_may_have_missed_some() {
         for events in [2.0f64, 5.0, 10.0, 20.0] {
             let missed = (-events).exp();
             let p = evidence(0.01 * events, 1e-12, 0.01).test().p;
@@ -158,13 +158,13 @@ mod tests {
         for lambda in [1.0, 3.0, 10.0, 30.0, 100.0f64] {
             let (mut chance, mut low) = ((-lambda).exp(), 0.0);
             for count in 0..lambda as u32 {
-                let met = f64::from(count);
+                let events = f64::from(count);
                 let estimate = |mean, variance| Estimate { mean, variance, dof: f64::INFINITY };
-                let means = [estimate(met, met), estimate(lambda, 0.0)];
+                let means = [estimate(events, events), estimate(lambda, 0.0)];
                 if (Evidence { means, jump: 1.0 }).test().p < 0.01 {
                     low += chance;
                 }
-                chance *= lambda / (met + 1.0);
+                chance *= lambda / (events + 1.0);
             }
             assert!(low < 0.01, "{lambda}: {low}");
         }

@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told() {
+    fn mismatched_pictures_are_reported() {
         let (small, large) = (Planes::new(2, 2, |_, _| [1.0; 3]), Planes::new(4, 1, |_, _| [1.0; 3]));
         let options = CompareOptions::default();
         assert!(matches!(compare(&small.picture(), &large.picture(), &options), Err(CompareError::Size { .. })));

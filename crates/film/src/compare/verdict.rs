@@ -86,12 +86,12 @@ impl Verdict {
 
 /// Whether there is a test that can tell.
 #[derive(Default)]
-struct Judged {
+struct Testability {
     lit: bool,
     able: bool,
 }
 
-impl Judged {
+impl Testability {
     fn add(&mut self, channels: &[Evidence; 3], level: f64) {
         self.lit |= channels.iter().any(Evidence::is_lit);
         self.able |= channels.iter().any(|evidence| evidence.is_lit() && evidence.can_tell(level));
@@ -206,7 +206,7 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let pooled_differs = pooled.iter().any(|test| test.p < pooled_level);
     let in_channels = evidence.iter().filter_map(|evidence| evidence.detectable(pooled_level));
     let detectable = in_channels.fold(0.0, f64::max);
-    let mut judged = Judged::default();
+    let mut judged = Testability::default();
     judged.add(&evidence, pooled_level);
 
     let mut different = Vec::new();
@@ -275,22 +275,24 @@ mod tests {
     }
 
     /// Noise that is the same within 2×2 squares, told or not.
-    fn in_squares(seed: u64, told: bool) -> Planes {
+    fn in_squares(seed: u64, with_squares: bool) -> Planes {
         let small = render(12, seed, 0.2, |_, _| 1.0);
         let spread = |planes: &[Vec<f32>; 3]| -> [Vec<f32>; 3] {
             std::array::from_fn(|c| (0..24 * 24).map(|i| planes[c][i / 24 / 2 * 12 + i % 24 / 2]).collect())
         };
         let variance = small.variance.as_ref().map(spread);
-        Planes { width: 24, rgb: spread(&small.rgb), variance, tail: None, squares: told.then_some([0, 0]) }
+        Planes { width: 24, rgb: spread(&small.rgb), variance, tail: None, squares: with_squares.then_some([0, 0]) }
     }
 
     #[test]
-    fn pixels_that_share_paths_raise_no_false_alarms() {
-        let alarms = |told: bool| {
-            (0..500).filter(|&s| verdict(&in_squares(2 * s, told), &in_squares(2 * s + 1, told)).differs()).count()
+    fn path_reuse_raises_no_false_alarms() {
+        let alarms = |with_squares: bool| {
+            (0..500)
+                .filter(|&s| verdict(&in_squares(2 * s, with_squares), &in_squares(2 * s + 1, with_squares)).differs())
+                .count()
         };
-        let (told, untold) = (alarms(true), alarms(false));
-        assert!(told <= 13, "{told}");
+        let (with_squares, untold) = (alarms(true), alarms(false));
+        assert!(with_squares <= 13, "{with_squares}");
         assert!(untold > 50, "the test cannot fail: {untold}");
     }
 
@@ -380,7 +382,7 @@ mod tests {
 
     /// Where most tiles have met no event, and those beside them neither, others have.
     #[test]
-    fn events_elsewhere_count_for_tiles_that_have_met_none() {
+    fn events_elsewhere_count_for_tiles_without_any() {
         let found = |seed: u64| {
             let a = rare(96, 2 * seed, 0.0, 0.0, Events::Equal);
             let mut b = rare(96, 2 * seed + 1, 0.5, 0.3, Events::Equal);

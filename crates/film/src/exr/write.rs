@@ -70,8 +70,8 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
-    let judged = Judged::new(film);
-    let channels = Channels::of(film, &judged, metadata.part.is_some());
+    let findings = PixelFindings::new(film);
+    let channels = Channels::of(film, &findings, metadata.part.is_some());
     let layer = Layer::new(size(window.size), attributes, encoding, channels);
     let display = IntegerBounds::from_dimensions(size(window.whole));
     let picture = ImageAttributes { chromaticities: Some(REC_709), ..ImageAttributes::new(display) };
@@ -99,14 +99,14 @@ fn ascii(json: &str) -> String {
 }
 
 /// What is known of pixels only when all of them are looked at.
-struct Judged {
+struct PixelFindings {
     certified: Vec<bool>,
     tail: Vec<f32>,
     /// Whether any pixel has a variance.
     variance: bool,
 }
 
-impl Judged {
+impl PixelFindings {
     fn new(film: &Film) -> Self {
         let certificate = film.certify();
         let variance = film.pixels().iter().any(|pixel| pixel.degrees_of_freedom() > 0.0);
@@ -137,12 +137,12 @@ struct Channels<'a> {
 }
 
 impl<'a> Channels<'a> {
-    fn of(film: &'a Film, judged: &'a Judged, moments: bool) -> Self {
+    fn of(film: &'a Film, findings: &'a PixelFindings, moments: bool) -> Self {
         let mut all = Self { list: Vec::new(), width: film.width() as usize };
         let pixels = film.pixels();
         all.float("A", |i| film.coverage(i) as f32);
         all.triple(["R", "G", "B"], move |i, channel| pixels[i].mean()[channel] as f32);
-        if judged.variance {
+        if findings.variance {
             all.triple(["Variance.R", "Variance.G", "Variance.B"], move |i, channel| {
                 pixels[i].variance_of_mean().map_or(f32::INFINITY, |variance| variance[channel] as f32)
             });
@@ -152,8 +152,8 @@ impl<'a> Channels<'a> {
             all.triple(["N.X", "N.Y", "N.Z"], |i, axis| features.normal[i][axis]);
             all.float("Depth.Z", |i| features.depth[i]);
         }
-        all.float("Certified.V", |i| f32::from(u8::from(judged.certified[i])));
-        all.float("Tail.K", |i| judged.tail[i]);
+        all.float("Certified.V", |i| f32::from(u8::from(findings.certified[i])));
+        all.float("Tail.K", |i| findings.tail[i]);
         // What tails of an extended render are judged by.
         all.float("Tail.Max", move |i| rounded(pixels[i].largest() as f32));
         all.float("Tail.Squares", move |i| rounded(pixels[i].squares() as f32));

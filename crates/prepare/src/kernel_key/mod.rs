@@ -66,7 +66,7 @@ impl CameraModel {
 
 /// Light from far away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Surroundings {
+pub enum EnvironmentKind {
     /// None.
     #[default]
     Black,
@@ -76,14 +76,14 @@ pub enum Surroundings {
     Map,
 }
 
-impl Surroundings {
+impl EnvironmentKind {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Black, Self::Uniform, Self::Map];
 }
 
 /// Where random numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Points {
+pub enum PointSet {
     /// Sobol points, each batch with a scramble of its own.
     #[default]
     Sobol,
@@ -95,7 +95,7 @@ pub enum Points {
     Independent,
 }
 
-impl Points {
+impl PointSet {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Sobol, Self::OneSobolSequence, Self::Stratified, Self::Independent];
 
@@ -118,9 +118,9 @@ impl Points {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct KernelKey {
     estimator: Estimator,
-    points: Points,
+    points: PointSet,
     camera: CameraModel,
-    surroundings: Surroundings,
+    surroundings: EnvironmentKind,
     /// Everything else.
     parts: Parts,
 }
@@ -174,9 +174,9 @@ impl KernelKey {
     /// Where parts exclude one another, or lack what they need one of.
     pub fn new(
         estimator: Estimator,
-        points: Points,
+        points: PointSet,
         camera: CameraModel,
-        surroundings: Surroundings,
+        surroundings: EnvironmentKind,
         parts: Parts,
     ) -> Result<Self, KeyError> {
         let mut key = Self { estimator, points, camera, surroundings, parts };
@@ -194,7 +194,7 @@ impl KernelKey {
     }
 
     /// A kernel that samples points and nothing else.
-    pub fn of_points(points: Points) -> Self {
+    pub fn of_points(points: PointSet) -> Self {
         Self { points, ..Self::default() }
     }
 
@@ -228,14 +228,14 @@ impl KernelKey {
                     };
                     set(&mut key.estimator, Estimator::Hemisphere(directions))
                 }
-                Part::SamplerIndependent => set(&mut key.points, Points::Independent),
-                Part::SamplerStratified => set(&mut key.points, Points::Stratified),
-                Part::OneScramble => set(&mut key.points, Points::OneSobolSequence),
+                Part::SamplerIndependent => set(&mut key.points, PointSet::Independent),
+                Part::SamplerStratified => set(&mut key.points, PointSet::Stratified),
+                Part::OneScramble => set(&mut key.points, PointSet::OneSobolSequence),
                 Part::Orthographic => set(&mut key.camera, CameraModel::Orthographic),
                 Part::Lens => set(&mut key.camera, CameraModel::ThinLens),
                 Part::Receiver => set(&mut key.camera, CameraModel::Receiver),
-                Part::EnvironmentUniform => set(&mut key.surroundings, Surroundings::Uniform),
-                Part::EnvironmentMap => set(&mut key.surroundings, Surroundings::Map),
+                Part::EnvironmentUniform => set(&mut key.surroundings, EnvironmentKind::Uniform),
+                Part::EnvironmentMap => set(&mut key.surroundings, EnvironmentKind::Map),
                 _ => true,
             };
             if !free {
@@ -268,11 +268,11 @@ impl KernelKey {
 
     /// Whether all batches of a pixel are pieces of one sequence.
     pub fn is_one_sequence(&self) -> bool {
-        self.points == Points::OneSobolSequence
+        self.points == PointSet::OneSobolSequence
     }
 
     /// Where random numbers come from.
-    pub fn points(&self) -> Points {
+    pub fn points(&self) -> PointSet {
         self.points
     }
 
@@ -323,10 +323,10 @@ impl KernelKey {
             Estimator::Whitted => &[Part::Whitted],
         };
         let points = match self.points {
-            Points::Sobol => None,
-            Points::OneSobolSequence => Some(Part::OneScramble),
-            Points::Stratified => Some(Part::SamplerStratified),
-            Points::Independent => Some(Part::SamplerIndependent),
+            PointSet::Sobol => None,
+            PointSet::OneSobolSequence => Some(Part::OneScramble),
+            PointSet::Stratified => Some(Part::SamplerStratified),
+            PointSet::Independent => Some(Part::SamplerIndependent),
         };
         let camera = match self.camera {
             CameraModel::Pinhole => None,
@@ -335,9 +335,9 @@ impl KernelKey {
             CameraModel::Receiver => Some(Part::Receiver),
         };
         let surroundings = match self.surroundings {
-            Surroundings::Black => None,
-            Surroundings::Uniform => Some(Part::EnvironmentUniform),
-            Surroundings::Map => Some(Part::EnvironmentMap),
+            EnvironmentKind::Black => None,
+            EnvironmentKind::Uniform => Some(Part::EnvironmentUniform),
+            EnvironmentKind::Map => Some(Part::EnvironmentMap),
         };
         let others = [points, camera, surroundings].into_iter().flatten();
         estimator.iter().copied().chain(others).collect()

@@ -17,7 +17,7 @@ use super::warnings::Warnings;
 use crate::Moment;
 
 /// Elements of a sampler's input or output.
-const MOST_KEYS: usize = 1 << 24;
+const MAX_KEYFRAMES: usize = 1 << 24;
 
 /// An animation of the JSON.
 #[derive(Debug, Deserialize)]
@@ -306,7 +306,7 @@ fn set_weight(weights: &mut [f64], index: usize, value: f64, pointer: &str, warn
 }
 
 /// Two keyframes around a time and how far it is from the first to the second.
-struct Between {
+struct KeyframePair {
     first: usize,
     second: usize,
     /// 0 … 1.
@@ -319,14 +319,14 @@ struct Between {
 /// An accessor of keyframes: without a view, a number alone could ask for any memory.
 fn bounded<'a>(accessors: &Accessors<'a>, index: Int, user: &str) -> Result<Typed<'a>> {
     let of = accessors.typed(index, user)?;
-    if of.count > MOST_KEYS {
-        return Err(Fault::too_large(user, format!("has {} elements, and {MOST_KEYS} are allowed", of.count)));
+    if of.count > MAX_KEYFRAMES {
+        return Err(Fault::too_large(user, format!("has {} elements, and {MAX_KEYFRAMES} are allowed", of.count)));
     }
     Ok(of)
 }
 
 /// `None` for a sampler without keyframes.
-fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) -> Result<Option<Between>> {
+fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) -> Result<Option<KeyframePair>> {
     let user = format!("a sampler's input of {place}");
     let of = bounded(accessors, sampler.input, &user)?;
     let times: Vec<f64> =
@@ -340,7 +340,7 @@ fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) 
     let (first, second) = (after.saturating_sub(1), after.min(keys - 1));
     let span = times[second] - times[first];
     let t = if span > 0.0 { ((seconds - times[first]) / span).clamp(0.0, 1.0) } else { 0.0 };
-    Ok(Some(Between { first, second, t, span, keys }))
+    Ok(Some(KeyframePair { first, second, t, span, keys }))
 }
 
 fn interpolation(sampler: &Sampler, place: &str) -> Result<Interpolation> {
@@ -411,7 +411,7 @@ fn weights(
 /// value. Refuses an output that is too short.
 fn reader(
     interpolation: Interpolation,
-    at: &Between,
+    at: &KeyframePair,
     count: usize,
     width: usize,
     place: &str,
@@ -441,7 +441,7 @@ fn reader(
 }
 
 /// Between two keyframes; glTF 2.0 appendix C.
-fn blend(interpolation: Interpolation, at: &Between, values: &[DVec4]) -> DVec4 {
+fn blend(interpolation: Interpolation, at: &KeyframePair, values: &[DVec4]) -> DVec4 {
     let t = at.t;
     match (interpolation, values) {
         (Interpolation::CubicSpline, &[from, leave, arrive, to]) => {

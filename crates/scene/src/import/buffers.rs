@@ -90,12 +90,13 @@ impl<'a> Buffers<'a> {
     }
 
     /// Takes bytes from those that may still be decoded, for what the accessors do not state.
-    pub(crate) fn reserve(&self, asked: u64, place: &str) -> Result<()> {
-        let within = |left: u64| left.checked_sub(asked);
+    pub(crate) fn reserve(&self, bytes_requested: u64, place: &str) -> Result<()> {
+        let within = |left: u64| left.checked_sub(bytes_requested);
         match self.decodable.fetch_update(Ordering::Relaxed, Ordering::Relaxed, within) {
             Ok(_) => Ok(()),
             Err(left) => {
-                let cause = format!("would take {asked} bytes once decoded, and {left} are left of those allowed");
+                let cause =
+                    format!("would take {bytes_requested} bytes once decoded, and {left} are left of those allowed");
                 Err(Fault::too_large(place, cause))
             }
         }

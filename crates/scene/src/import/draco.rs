@@ -14,7 +14,7 @@ use super::error::{Fault, Result};
 pub(crate) const NAME: &str = "KHR_draco_mesh_compression";
 
 /// Vertices, and triangles, that a byte of a stream may unfold to where the accessors state fewer.
-const MAX_ELEMENTS_A_BYTE: u64 = 16;
+const MAX_ELEMENTS_PER_BYTE: u64 = 16;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -44,7 +44,7 @@ pub(crate) fn decode(
     let broken = |cause: String| Fault::invalid(place, format!("is compressed with Draco, but {cause}"));
     let json = parsed.map_err(|e| broken(format!("its extension cannot be read: {e}")))?;
     let stream = accessors.buffers.view(json.buffer_view, &format!("{NAME} of {place}"))?.bytes;
-    let by_length = (stream.len() as u64).saturating_mul(MAX_ELEMENTS_A_BYTE);
+    let by_length = (stream.len() as u64).saturating_mul(MAX_ELEMENTS_PER_BYTE);
     let (points, faces) = (by_length.max(vertices as u64), by_length.max(corners as u64 / 3));
     // Values are at most 4 components of 8 bytes while they are decoded.
     let bytes = points.saturating_mul(32 * (json.attributes.len() as u64 + 1)).saturating_add(1 << 16);

@@ -20,7 +20,7 @@ const NAME: &str = "EXT_lights_image_based";
 /// Most texels on a side of a face.
 const LARGEST_FACE: u32 = 4096;
 /// What an alpha of 0 in an RGBD image divides by instead.
-const LEAST_ALPHA: f64 = 1.0 / 255.0;
+const MIN_ALPHA: f64 = 1.0 / 255.0;
 
 #[derive(Deserialize)]
 struct SceneLight {
@@ -101,7 +101,7 @@ fn texels(image: &Image) -> Vec<[f32; 3]> {
         })
         .collect();
     let texel = |rgba: &[u8]| {
-        let alpha = (f64::from(rgba[3]) / 255.0).max(LEAST_ALPHA);
+        let alpha = (f64::from(rgba[3]) / 255.0).max(MIN_ALPHA);
         std::array::from_fn(|c| (curve[usize::from(rgba[c])] / alpha) as f32)
     };
     image.rgba.chunks_exact(4).map(texel).collect()

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_in_terms_of_json() {
+    fn faults_are_reported_in_terms_of_json() {
         for (found, text) in [
             (wrong::<Item>(json!({"count": "3"})), "its count is \"3\", but must be a whole number, 0 or above"),
             (wrong::<Item>(json!({"count": 2.5})), "its count is 2.5, but must be a whole number, 0 or above"),

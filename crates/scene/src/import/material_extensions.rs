@@ -3,12 +3,12 @@
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_draft::{Draft, Reader, parse};
+use super::material_draft::{MaterialDraft, Reader, parse};
 use super::specular_glossiness;
 use crate::Volume;
 
 /// Radiance beyond this is no physical light, and its square would leave the range of `f32`.
-const MOST_EMISSIVE: f32 = 1e18;
+const MAX_EMISSION: f32 = 1e18;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -46,13 +46,13 @@ struct VolumeJson {
 }
 
 /// Adds what the extensions of a material say to its draft.
-pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
+pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let extensions = &json.extensions;
     let material = &mut draft.material;
     material.unlit = extensions.has("KHR_materials_unlit");
 
     if let Some(json) = parse::<EmissiveStrength>(extensions, "KHR_materials_emissive_strength", reader) {
-        let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MOST_EMISSIVE, "emissiveStrength");
+        let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MAX_EMISSION, "emissiveStrength");
         material.emissive = material.emissive.map(|factor| factor * strength);
     }
     if extensions.has(specular_glossiness::NAME) {

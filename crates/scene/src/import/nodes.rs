@@ -10,7 +10,7 @@ use super::warnings::Warnings;
 
 /// A node of the chosen scene and where it stands.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedNode {
     /// glTF node index.
     pub(crate) node: usize,
     /// Node to world.
@@ -23,11 +23,11 @@ const VISIBILITY: &str = "KHR_node_visibility";
 
 #[derive(Deserialize)]
 struct Visibility {
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     visible: bool,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -39,7 +39,7 @@ pub(crate) fn place(
     wanted: Option<usize>,
     poses: &Poses,
     warnings: &mut Warnings,
-) -> Result<Vec<Placed>> {
+) -> Result<Vec<PlacedNode>> {
     let parents = parents(document)?;
     let roots = roots(document, wanted, &parents, warnings)?;
     let mut placed = Vec::new();
@@ -50,7 +50,7 @@ pub(crate) fn place(
         let to_world = parent * local(node, index, poses.get(&index), warnings);
         let visible = shown && is_visible(node, index, warnings);
         if node.mesh.is_some() || node.camera.is_some() || !node.extensions.is_empty() {
-            placed.push(Placed { node: index, to_world, visible });
+            placed.push(PlacedNode { node: index, to_world, visible });
         }
         stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world, visible)));
     }
@@ -60,9 +60,9 @@ pub(crate) fn place(
 
 /// Where every node stands, in the chosen scene or not: joints may be anywhere.
 #[derive(Debug)]
-pub(crate) struct Worlds(Vec<DAffine3>);
+pub(crate) struct WorldTransforms(Vec<DAffine3>);
 
-impl Worlds {
+impl WorldTransforms {
     /// The hierarchy must have been found to be a forest by [`place`].
     pub(crate) fn new(document: &Document, poses: &Poses) -> Self {
         let nodes = &document.nodes;
@@ -219,7 +219,7 @@ pub(crate) fn name_of(node: &Node, own: Option<&String>) -> String {
 }
 
 /// Whether a placement can show anything: finite, and not shrunk to a point.
-pub(crate) fn drawable(placed: &Placed, warnings: &mut Warnings) -> bool {
+pub(crate) fn drawable(placed: &PlacedNode, warnings: &mut Warnings) -> bool {
     if !placed.to_world.is_finite() {
         warnings.push(format!("Node {} is not shown: its transform is not finite.", placed.node));
         return false;

@@ -8,7 +8,7 @@ use super::accessor::{Accessors, Component, Typed};
 use super::document::{Int, Primitive, get};
 use super::draco;
 use super::error::{Fault, Result};
-use super::material_draft::Draft;
+use super::material_draft::MaterialDraft;
 use super::normals::{self, Repair};
 use super::skins::{self, Influences, Skin};
 use super::tangents;
@@ -17,10 +17,10 @@ use super::warnings::{Warnings, count_of};
 use crate::Mesh;
 
 /// Texture coordinates beyond this are no coordinates: f32 has no fraction left there.
-const MOST_UV: f32 = 1e9;
+const MAX_UV: f32 = 1e9;
 
 /// Sets of four joints that a vertex may have.
-const MOST_JOINT_SETS: usize = 4;
+const MAX_JOINT_SETS: usize = 4;
 
 type Triangles = Vec<[u32; 3]>;
 
@@ -84,7 +84,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Bytes that reading takes at most, so that a small file cannot ask for all memory.
-    pub(crate) fn bytes(&self, draft: &Draft) -> u64 {
+    pub(crate) fn bytes(&self, draft: &MaterialDraft) -> u64 {
         let corners = self.corners as u64;
         let triangles = self.mode.triangles_of(corners as usize) as u64;
         let picked = self.count as u64;
@@ -107,7 +107,7 @@ impl<'a> Plan<'a> {
     pub(crate) fn read(
         &self,
         accessors: &Accessors,
-        draft: &Draft,
+        draft: &MaterialDraft,
         material: usize,
         deformation: &Deformation,
     ) -> Result<(Mesh, Warnings)> {
@@ -308,7 +308,7 @@ impl Vertices<'_> {
                 let mut bad = 0;
                 for uv in &mut uvs {
                     // NaN is not less than anything.
-                    if !uv.abs().cmplt(Vec2::splat(MOST_UV)).all() {
+                    if !uv.abs().cmplt(Vec2::splat(MAX_UV)).all() {
                         *uv = Vec2::ZERO;
                         bad += 1;
                     }
@@ -376,7 +376,7 @@ impl Vertices<'_> {
             |t: &Typed| t.width == 4 && matches!(t.component, Component::U8 | Component::U16) && !t.normalized;
         let is_weight = |t: &Typed| t.width == 4 && is_fraction(t);
         let mut sets = Vec::new();
-        for set in 0..MOST_JOINT_SETS {
+        for set in 0..MAX_JOINT_SETS {
             let names = [format!("JOINTS_{set}"), format!("WEIGHTS_{set}")];
             let joints = self.typed(&names[0], is_joint, "a VEC4 of unsigned bytes or shorts")?;
             let weights = self.typed(&names[1], is_weight, "a VEC4 of floats or normalised unsigned integers")?;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::accessor::{Accessors, Component};
 use super::document::{Document, Int, get, parse_raw};
 use super::error::{Fault, Result};
-use super::nodes::Worlds;
+use super::nodes::WorldTransforms;
 use super::warnings::Warnings;
 use crate::Mesh;
 
@@ -41,7 +41,7 @@ pub(crate) fn pose(
     accessors: &Accessors,
     skins: &[SkinJson],
     index: usize,
-    worlds: &Worlds,
+    worlds: &WorldTransforms,
     user: &str,
     warnings: &mut Warnings,
 ) -> Result<Skin> {

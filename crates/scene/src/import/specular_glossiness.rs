@@ -8,7 +8,7 @@
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_draft::{Draft, Reader};
+use super::material_draft::{MaterialDraft, Reader};
 
 pub(crate) const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
 
@@ -26,7 +26,7 @@ struct Json {
 }
 
 /// Replaces the core model's values where the extension is there; readers of both are to take the extension.
-pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
+pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let Some(parsed) = json.extensions.parse::<Json>(NAME) else { return };
     let json = match parsed {
         Ok(json) => json,

@@ -47,7 +47,7 @@ pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2
         .iter()
         .enumerate()
         .map(|(corner, tangent)| {
-            tangent.and_then(usable).unwrap_or_else(|| {
+            tangent.and_then(unit_tangent).unwrap_or_else(|| {
                 let normal = match &mesh.normals {
                     Some(normals) => normals[mesh.triangles[corner / 3][corner % 3] as usize],
                     None => corner_normals[corner / 3],
@@ -59,7 +59,7 @@ pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2
     weld(mesh, &tangents);
 }
 
-fn usable(tangent: [f32; 4]) -> Option<Vec4> {
+fn unit_tangent(tangent: [f32; 4]) -> Option<Vec4> {
     Some(unit(Vec3::new(tangent[0], tangent[1], tangent[2]))?.extend(tangent[3]))
 }
 

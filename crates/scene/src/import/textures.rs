@@ -16,7 +16,7 @@ pub(crate) const MAX_UV_SETS: u64 = 8;
 
 /// A texture reference of a material with everything but its final index.
 #[derive(Clone, Debug)]
-pub(crate) struct Lookup {
+pub(crate) struct TextureLookup {
     /// glTF texture index, in range.
     texture: usize,
     pub(crate) uv_set: u32,
@@ -35,7 +35,12 @@ struct TransformJson {
 }
 
 /// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads nowhere.
-pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warnings: &mut Warnings) -> Option<Lookup> {
+pub(crate) fn lookup(
+    document: &Document,
+    info: &TextureInfo,
+    place: &str,
+    warnings: &mut Warnings,
+) -> Option<TextureLookup> {
     let Some(index) = info.index else {
         warnings.push(format!("A texture is left out: {place} does not say which."));
         return None;
@@ -51,7 +56,7 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
             Ok(json) => {
                 uv_set = json.tex_coord.unwrap_or(uv_set);
                 transform = affine(&json);
-                if !transform.is_none_or(sensible) {
+                if !transform.is_none_or(is_in_range) {
                     warnings.push(format!(
                         "KHR_texture_transform of {place} is not finite or absurdly large; it is ignored."
                     ));
@@ -69,7 +74,7 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
         ));
         return None;
     }
-    Some(Lookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
+    Some(TextureLookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
 }
 
 /// uv′ = offset + R · (scale · uv). The extension counts the angle counter-clockwise in an image whose v points down,
@@ -81,7 +86,7 @@ fn affine(json: &TransformJson) -> Option<Affine2> {
 }
 
 /// Whether transformed coordinates stay in the range of `f32`.
-fn sensible(t: Affine2) -> bool {
+fn is_in_range(t: Affine2) -> bool {
     t.to_cols_array().iter().all(|c| c.abs() < 1e9)
 }
 
@@ -103,7 +108,7 @@ fn images_for(document: &Document, texture: usize) -> Vec<usize> {
 }
 
 /// The images that can serve each texture of these lookups, best first, in the order of the best ones.
-pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a Lookup>) -> Vec<Vec<usize>> {
+pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a TextureLookup>) -> Vec<Vec<usize>> {
     let set: BTreeSet<Vec<usize>> = lookups.map(|l| images_for(document, l.texture)).collect();
     set.into_iter().collect()
 }
@@ -138,7 +143,7 @@ impl<'a> Binder<'a> {
     }
 
     /// `None` when the image could not be read (it has been warned of).
-    pub(crate) fn bind(&mut self, lookup: Option<&Lookup>) -> Option<TextureRef> {
+    pub(crate) fn bind(&mut self, lookup: Option<&TextureLookup>) -> Option<TextureRef> {
         let lookup = lookup?;
         let choices = images_for(self.document, lookup.texture);
         if choices.is_empty() {
@@ -156,7 +161,7 @@ impl<'a> Binder<'a> {
     }
 
     /// A roughness map made of the glossiness in an image's alpha.
-    pub(crate) fn bind_glossiness(&mut self, lookup: &Lookup, glossiness: f32) -> Option<TextureRef> {
+    pub(crate) fn bind_glossiness(&mut self, lookup: &TextureLookup, glossiness: f32) -> Option<TextureRef> {
         let image = self.decoded.first_of(&images_for(self.document, lookup.texture))?;
         let key = (image, glossiness.to_bits());
         let index = match self.roughness.get(&key) {
@@ -174,7 +179,7 @@ impl<'a> Binder<'a> {
         Some(self.reference(lookup, texture))
     }
 
-    fn reference(&mut self, lookup: &Lookup, texture: Texture) -> TextureRef {
+    fn reference(&mut self, lookup: &TextureLookup, texture: Texture) -> TextureRef {
         let index = match self.slots.get(&texture) {
             Some(&index) => index,
             None => {

@@ -139,7 +139,7 @@ fn no_buffer_view_means_zeros() {
 }
 
 #[test]
-fn what_reaches_out_of_range_is_refused() {
+fn ranges_beyond_the_limits_are_refused() {
     let edit = |edit: &dyn Fn(&mut Gltf), parts: &[&str]| {
         let mut gltf = Gltf::triangle();
         edit(&mut gltf);

@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 
 use crate::build::{Gltf, png, warned};
-use crate::geometry_extensions::{asset, equals_its_twin, loaded};
+use crate::geometry_extensions::{asset, equals_its_counterpart, loaded};
 
 #[test]
 fn draco_equals_the_plain_file() {
     // Encoded by Google's Draco; the plain twin is what Draco itself decodes.
-    equals_its_twin(&loaded(&asset("draco.glb")));
+    equals_its_counterpart(&loaded(&asset("draco.glb")));
 }
 
 #[test]

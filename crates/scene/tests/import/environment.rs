@@ -124,7 +124,7 @@ fn the_display_window_of_exr_frames_the_map() {
 }
 
 #[test]
-fn what_was_not_taken_as_written_is_told() {
+fn changed_values_are_reported() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("map.exr");
     fs::write(&path, exr(3, 1, &[[-1.0, 0.0, 0.0], [1.0; 3], [f32::NAN; 3]])).expect("file");

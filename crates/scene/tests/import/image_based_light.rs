@@ -50,7 +50,7 @@ fn brightest(radiance: [f32; 3]) -> usize {
 }
 
 #[test]
-fn faces_stand_where_a_camera_at_the_origin_sees_them() {
+fn faces_are_where_a_camera_at_the_origin_sees_them() {
     // Left column red, right column green; a blue top row for the faces that are seen upright.
     let upright = [BLUE, BLUE, RED, GREEN];
     let scene = lit([upright; 6], json!({})).load();
@@ -101,7 +101,7 @@ fn the_rotation_turns_the_light() {
 }
 
 #[test]
-fn broken_lights_are_left_out_and_told() {
+fn broken_lights_are_left_out_with_a_warning() {
     let good = || lit([[GREEN; 4]; 6], json!({}));
     let light = |gltf: &mut Gltf, change: fn(&mut Value)| {
         change(&mut gltf.json["extensions"]["EXT_lights_image_based"]["lights"][0]);

@@ -52,7 +52,7 @@ fn alpha_modes() {
 }
 
 #[test]
-fn factors_out_of_range_are_clamped_and_told() {
+fn factors_out_of_range_are_clamped_with_a_warning() {
     let scene = Gltf::square()
         .material(json!({
             "name": "wild", "emissiveFactor": [-1, 0, 0],
@@ -179,7 +179,7 @@ fn layers() {
 }
 
 #[test]
-fn layers_out_of_range_are_clamped_and_told() {
+fn layers_out_of_range_are_clamped_with_a_warning() {
     let scene = Gltf::square()
         .material(json!({"extensions": {
             "KHR_materials_clearcoat": {"clearcoatFactor": 2},

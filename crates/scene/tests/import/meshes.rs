@@ -56,7 +56,7 @@ fn points_and_lines_are_one_warning() {
 }
 
 #[test]
-fn left_over_corners_are_told() {
+fn left_over_corners_are_reported() {
     let mut gltf = Gltf::square();
     gltf.primitive().as_object_mut().expect("object").remove("indices");
     let scene = gltf.load();
@@ -267,7 +267,7 @@ fn only_the_coordinate_sets_of_the_material_are_kept() {
 }
 
 #[test]
-fn a_missing_coordinate_set_is_zero_and_told() {
+fn a_missing_coordinate_set_is_zero_with_a_warning() {
     let mut gltf = Gltf::square();
     let texture = gltf.texture();
     let gltf = gltf.material(json!({"emissiveTexture": {"index": texture, "texCoord": 3}}));

@@ -151,7 +151,7 @@ fn vertices_a_rounding_apart_are_one() {
 }
 
 #[test]
-fn small_holes_are_told_and_keep_the_volume() {
+fn small_holes_are_reported_and_keep_the_volume() {
     let mut ball = mesh(Shape::icosphere(4));
     ball.triangles.pop();
     let scene = glass(&[ball]).load();
@@ -210,7 +210,7 @@ fn a_primitive_that_two_meshes_share_is_split_for_both() {
 }
 
 #[test]
-fn what_lets_no_light_in_may_be_open() {
+fn opaque_volumes_may_be_open() {
     let mut gltf = glass(&[sheet()]);
     gltf.json["materials"][0]["extensions"]["KHR_materials_transmission"] = json!({});
     assert_closed(&gltf);

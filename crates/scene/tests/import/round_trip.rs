@@ -6,7 +6,7 @@ use surelight_scene::{LightKind, LoadOptions, Projection, load_bytes};
 use surelight_scenes::{GALLERY, glb};
 
 #[test]
-fn what_is_written_is_read_back() {
+fn written_scenes_are_read_back() {
     for entry in GALLERY {
         let made = (entry.build)();
         let bytes = glb::encode(&made, entry.known).expect("writes");

@@ -253,7 +253,7 @@ fn webp_textures_load() {
 }
 
 #[test]
-fn webp_stands_before_its_fallback() {
+fn webp_is_preferred_to_its_fallback() {
     let scene = load(|gltf| {
         let blue = gltf.view(&png(1, 1, &[0, 0, 255, 255]));
         let webp = gltf.push("images", json!({"bufferView": blue}));

@@ -104,7 +104,7 @@ pub const CASES: &[Case] = &[
             name: "coplanar-twins",
             shows: "A floor and a block whose every triangle is there twice, under a lamp.",
             known: "The picture is that of the single surfaces. It has no closed form.",
-            build: || coplanar_twins(Twins::Surfaces),
+            build: || coplanar_twins(DuplicatedPart::Surfaces),
         },
     ),
     Case::new(
@@ -305,7 +305,7 @@ pub fn instance_vs_baked() -> Scene {
 
 /// What of [`coplanar_twins`] is there twice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Twins {
+pub enum DuplicatedPart {
     /// Nothing.
     None,
     /// What reflects.
@@ -315,17 +315,17 @@ pub enum Twins {
 }
 
 /// A block on a floor under a lamp, some of it twice in the same place.
-pub fn coplanar_twins(twins: Twins) -> Scene {
+pub fn coplanar_twins(duplicated: DuplicatedPart) -> Scene {
     let mut b = Builder::new("coplanar-twins");
     let floor = b.material(lambert("floor", [0.5, 0.6, 0.7]));
     let block = b.material(lambert("block", [0.8, 0.5, 0.3]));
     let lamp = b.material(emitter("lamp", [8.0, 7.0, 6.0]));
-    let surfaces = if twins == Twins::Surfaces { 2 } else { 1 };
+    let surfaces = if duplicated == DuplicatedPart::Surfaces { 2 } else { 1 };
     for _ in 0..surfaces {
         b.add("floor", Shape::parallelogram(DVec3::NEG_Y, DVec3::X * 4.0, DVec3::NEG_Z * 4.0), floor);
         b.add("block", Shape::cuboid(DVec3::new(-1.0, -1.0, -0.7), DVec3::new(0.6, 0.5, 0.7)), block);
     }
-    for _ in 0..if twins == Twins::Lamp { 2 } else { 1 } {
+    for _ in 0..if duplicated == DuplicatedPart::Lamp { 2 } else { 1 } {
         b.add("lamp", Shape::parallelogram(DVec3::new(1.0, 3.0, 1.0), DVec3::X, DVec3::Z), lamp);
     }
     b.camera(DVec3::new(1.0, 2.0, 6.0), DVec3::ZERO, 40.0, 1.0);

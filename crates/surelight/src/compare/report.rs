@@ -247,7 +247,8 @@ impl Judgement {
     /// What differs, in words.
     fn findings(&self) -> String {
         let whole = self.pooled.iter().filter(|test| test.p < self.pooled_level);
-        let mut found: Vec<_> = whole.map(|test| format!("the mean in {} (p {})", test.channel, P(test.p))).collect();
+        let mut found: Vec<_> =
+            whole.map(|test| format!("the mean in {} (p {})", test.channel, PValue(test.p))).collect();
         if let Some(worst) = self.different_tiles.first() {
             let relative = match worst.relative {
                 relative if relative.is_finite() => format!("{} % in {}", Signed(100.0 * relative), worst.channel),
@@ -259,7 +260,7 @@ impl Judgement {
                 self.tiles,
                 worst.x,
                 worst.y,
-                P(worst.p)
+                PValue(worst.p)
             ));
         }
         found.join("; ")
@@ -315,9 +316,9 @@ impl Display for Report {
 }
 
 /// A p-value: to two digits, however small.
-struct P(f64);
+struct PValue(f64);
 
-impl Display for P {
+impl Display for PValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0 < 1e-300 { write!(f, "< 1e-300") } else { write!(f, "{:.1e}", self.0) }
     }

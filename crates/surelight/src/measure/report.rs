@@ -70,7 +70,7 @@ impl Display for Report {
             let (low, high) = (self.luminance.value - half, self.luminance.value + half);
             write!(f, "  ({} % confident: {} to {}", percent(self.confidence), Fitted(low, half), Fitted(high, half))?;
             match self.relative_error {
-                Some(error) => write!(f, "; ± {:.2} %)", Short(error * 100.0))?,
+                Some(error) => write!(f, "; ± {:.2} %)", ShortNumber(error * 100.0))?,
                 None => write!(f, ")")?,
             }
         }
@@ -112,7 +112,7 @@ impl Display for Report {
 impl Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.half_width {
-            Some(half) => write!(f, "{} ± {:.2}", Fitted(self.value, half), Short(half)),
+            Some(half) => write!(f, "{} ± {:.2}", Fitted(self.value, half), ShortNumber(half)),
             None => write!(f, "{} ± unknown", Fitted(self.value, 0.0)),
         }
     }
@@ -137,9 +137,9 @@ impl Display for Fitted {
 }
 
 /// Significant digits as the precision says, without an exponent where it reads well.
-struct Short(f64);
+struct ShortNumber(f64);
 
-impl Display for Short {
+impl Display for ShortNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let digits = f.precision().unwrap_or(2);
         if self.0 == 0.0 {

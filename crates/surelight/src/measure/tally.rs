@@ -8,7 +8,7 @@ pub(super) const QUANTITIES: usize = 4;
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Estimates that are kept for judging the tail.
-const MOST_KEPT: usize = 1 << 20;
+const MAX_KEPT: usize = 1 << 20;
 
 /// Batches added up.
 pub(super) struct Tally {
@@ -33,7 +33,7 @@ impl Tally {
             let y = LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
             let group = if self.groups.len() == 1 { 0 } else { i };
             // Beside its pixel's mean so far: pixels differ without being noisy.
-            if self.kept.len() < MOST_KEPT && (self.groups_are_one() || self.batches > 1) {
+            if self.kept.len() < MAX_KEPT && (self.groups_are_one() || self.batches > 1) {
                 let level = if self.groups_are_one() { 0.0 } else { self.groups[group][3].mean() };
                 self.kept.push(y - level);
             }

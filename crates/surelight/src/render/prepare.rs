@@ -7,7 +7,7 @@ use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
-use crate::options::{RenderArgs, SharedPaths};
+use crate::options::{PathReuse, RenderArgs};
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 
@@ -95,11 +95,11 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         integrator: args.method.integrator(),
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
-        shared_paths: match args.shared_paths {
-            SharedPaths::Auto if is_preview(args, view) => surelight_render::SharedPaths::Off,
-            SharedPaths::Auto => surelight_render::SharedPaths::Auto,
-            SharedPaths::On => surelight_render::SharedPaths::On,
-            SharedPaths::Off => surelight_render::SharedPaths::Off,
+        path_reuse: match args.shared_paths {
+            PathReuse::Auto if is_preview(args, view) => surelight_render::PathReuse::Off,
+            PathReuse::Auto => surelight_render::PathReuse::Auto,
+            PathReuse::On => surelight_render::PathReuse::On,
+            PathReuse::Off => surelight_render::PathReuse::Off,
         },
         adaptive: args.adaptive,
         transparent: args.transparent,

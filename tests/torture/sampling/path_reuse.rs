@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Part, Renderer, Settings, SharedPaths};
+use surelight_render::{Part, PathReuse, Renderer, Settings};
 use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{ALPHA, all, device, prepare};
@@ -32,10 +32,8 @@ fn means(film: &Film, channel: usize) -> [f64; 5] {
 
 /// Pictures of so many seeds.
 fn pictures(scene: &Scene, shared: bool, seeds: std::ops::Range<u32>, batches: u32, samples: u32) -> Vec<Film> {
-    let settings = Settings {
-        shared_paths: if shared { SharedPaths::On } else { SharedPaths::Off },
-        ..Settings::new(SIZE[0], SIZE[1])
-    };
+    let settings =
+        Settings { path_reuse: if shared { PathReuse::On } else { PathReuse::Off }, ..Settings::new(SIZE[0], SIZE[1]) };
     let repeats = scene.instances.len() > scene.meshes.len();
     let prepared = prepare(scene, &if repeats { forms::instanced(settings) } else { settings });
     assert_eq!((prepared.key().has(Part::SharedPaths), prepared.key().has(Part::Instances)), (shared, repeats));
@@ -181,7 +179,7 @@ fn neighbours_agree_about_veils() {
 /// However one sequence is cut into passes, and chance about veils with it.
 #[test]
 fn slices_have_the_bits_of_the_whole() {
-    let settings = Settings { shared_paths: SharedPaths::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
+    let settings = Settings { path_reuse: PathReuse::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
     let prepared = prepare(&veils(), &settings);
     assert!(prepared.key().has(Part::Alpha) && prepared.key().has(Part::SharedPaths));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
@@ -210,7 +208,7 @@ fn neighbours_agree_about_leaning_normals() {
 /// Squares lie on a grid from the image's corner, so that a crop with odd sides has the whole picture's pixels, bit for bit.
 #[test]
 fn crops_have_the_pixels_of_the_whole() {
-    let settings = Settings { shared_paths: SharedPaths::On, ..Settings::new(37, 21) };
+    let settings = Settings { path_reuse: PathReuse::On, ..Settings::new(37, 21) };
     let prepared = prepare(&forms::lamp(), &settings);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut whole = Film::new(37, 21);
