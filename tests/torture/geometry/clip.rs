@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use surelight_film::Film;
-use surelight_render::{Cut, Part, Prepared, Renderer, Settings};
+use surelight_render::{ClippedRays, Part, Prepared, Renderer, Settings};
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes};
 use surelight_scenes::{glb, shapes::Shape};
 use surelight_tests::render::{all, bits, device, prepare, trace};
@@ -54,7 +54,7 @@ fn settings() -> Settings {
 }
 
 /// The picture, whose kernel knows of the planes if they cut something.
-fn picture(scene: &Scene, settings: &Settings, cut: Cut) -> Film {
+fn picture(scene: &Scene, settings: &Settings, cut: ClippedRays) -> Film {
     let prepared = prepare(scene, settings);
     assert_eq!(prepared.cut, cut);
     assert_eq!(prepared.key().has(Part::CameraClip), cut.any());
@@ -69,8 +69,8 @@ fn assert_shows(film: &Film, color: impl Fn(usize, usize) -> [f64; 3]) {
     }
 }
 
-const NEAR: Cut = Cut { near: true, far: false, medium: false };
-const FAR: Cut = Cut { near: false, far: true, medium: false };
+const NEAR: ClippedRays = ClippedRays { near: true, far: false, medium: false };
+const FAR: ClippedRays = ClippedRays { near: false, far: true, medium: false };
 
 /// Red stands before the near plane, green just behind it. A sphere of its radius would leave red
 /// in the corners.
@@ -81,7 +81,7 @@ fn near_plane(is_orthographic: bool) {
     let clipped = through_file(scene.clone(), camera(is_orthographic, 2.0, 64.0));
     assert_shows(&picture(&clipped, &settings(), NEAR), |_, _| GREEN);
     let whole = through_file(scene, camera(is_orthographic, 1.0, 64.0));
-    assert_shows(&picture(&whole, &settings(), Cut::default()), |_, _| RED);
+    assert_shows(&picture(&whole, &settings(), ClippedRays::default()), |_, _| RED);
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn depth_counts_from_the_camera() {
         wall(&mut scene, 9.0, [0.0, 20.0], RED);
         let scene = through_file(scene, camera(is_orthographic, 2.0, 8.0));
         let prepared = prepare(&scene, &settings());
-        assert_eq!(prepared.cut, Cut { near: true, far: true, medium: false });
+        assert_eq!(prepared.cut, ClippedRays { near: true, far: true, medium: false });
         let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
         let mut film = Film::new(SIDE, SIDE);
         renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{e}"));
@@ -172,7 +172,7 @@ fn near_plane_of_a_lens() {
     wall(&mut scene, 1.0, [1.05, 2.0], RED);
     wall(&mut scene, 3.0, EVERYWHERE, GREEN);
     let scene = through_file(scene, camera(false, 2.0, 64.0));
-    assert_shows(&picture(&scene, &settings(), Cut::default()), |_, _| GREEN);
+    assert_shows(&picture(&scene, &settings(), ClippedRays::default()), |_, _| GREEN);
     assert_shows(&picture(&scene, &lens, NEAR), |_, _| GREEN);
 }
 
@@ -206,7 +206,7 @@ fn planes_that_cut_nothing() {
     let [clipped, whole] = [clipped, whole].map(|scene| {
         let prepared = prepare(&scene, &settings());
         let wgsl = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")).wgsl;
-        (prepared.key(), wgsl, bits(&picture(&scene, &settings(), Cut::default())))
+        (prepared.key(), wgsl, bits(&picture(&scene, &settings(), ClippedRays::default())))
     });
     assert!(!whole.1.contains("clip"), "the kernel knows of clipping");
     assert!(clipped == whole, "planes that cut nothing change the kernel or the picture");
@@ -239,7 +239,7 @@ fn assets_are_not_cut() {
             }
             let scene = surelight_scene::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
             for camera in &scene.cameras {
-                assert_eq!(Cut::find(&scene, camera, &settings()), Cut::default(), "{}", path.display());
+                assert_eq!(ClippedRays::find(&scene, camera, &settings()), ClippedRays::default(), "{}", path.display());
                 count += 1;
             }
         }
