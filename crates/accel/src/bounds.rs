@@ -26,7 +26,7 @@ impl Bounds {
         self.lo.cmpgt(self.hi).any()
     }
 
-    /// Half the surface area, which is what the surface area heuristic compares; 0 when empty.
+    /// Half the surface area, as the surface area heuristic compares it; 0 when empty.
     pub fn half_area(self) -> f32 {
         let d = (self.hi - self.lo).max(Vec3::ZERO);
         (d.x + d.y) * d.z + d.x * d.y
@@ -42,7 +42,8 @@ impl Bounds {
         Self { lo: next_down(self.lo - margin), hi: next_up(self.hi + margin) }
     }
 
-    /// The box around this box after `affine`, in f64, grown by `margin` and rounded outward to f32.
+    /// The box around this box after `affine`, in f64, grown by `margin` and rounded outward to
+    /// f32.
     pub(crate) fn transformed(self, affine: &DAffine3, margin: DVec3) -> Self {
         let (lo, hi) = (self.lo.as_dvec3(), self.hi.as_dvec3());
         let center = affine.transform_point3((lo + hi) * 0.5);

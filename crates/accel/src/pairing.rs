@@ -7,14 +7,16 @@ use crate::triangle::Triangle;
 
 /// Second place of a leaf with one triangle.
 pub(crate) const ALONE: u32 = u32::MAX;
-/// Two triangles are kept together when the area of the box around both is at most this times the sum of theirs: testing
-/// both whenever the ray meets the common box then costs no more than a test each time it meets one's own.
+/// Two triangles are kept together when the area of the box around both is at most this times the
+/// sum of theirs: testing both whenever the ray hits the common box then costs no more than testing
+/// each when the ray hits its own box.
 const MAX_AREA_GROWTH: f32 = 1.1;
 
-/// Triangles looked at around one edge; a sound mesh has two.
+/// Triangles compared around one edge; a sound mesh has two.
 const MAX_TRIANGLES_PER_EDGE: usize = 16;
 
-/// For each vertex the first one at the same position, so that faces split by normals or UVs still count as joined.
+/// For each vertex the first one at the same position, so that faces split by normals or UVs are
+/// still joined.
 pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
     // Adding 0 makes −0 into 0.
     let bits = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
@@ -31,8 +33,9 @@ pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
     out
 }
 
-/// Leaves over `triangles`, whose corners are the vertices `corners`: pairs that run along a common edge in opposite
-/// directions, chosen greedily by the least common box, and what is left over, with [`ALONE`].
+/// Leaves over `triangles`, whose corners are the vertices `corners`: pairs that run along a common
+/// edge in opposite directions, chosen greedily by the least common box, and the remaining
+/// triangles, with [`ALONE`].
 pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usize) -> Vec<[u32; 2]> {
     // Edges sorted into buckets by their lesser vertex: (greater vertex, triangle × 2 + direction).
     let mut starts = vec![0u32; vertices + 1];
@@ -55,7 +58,8 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
             bucketed[*at as usize] = (a.max(b), (i as u32) << 1 | u32::from(a < b));
         }
     }
-    // Each bucket in order, so that an edge is found by bisection however many triangles stand around a vertex.
+    // Each bucket in order, so that an edge is found by bisection however many triangles share a
+    // vertex.
     for span in starts.windows(2) {
         bucketed[span[0] as usize..span[1] as usize].sort_unstable();
     }

@@ -1,4 +1,5 @@
-//! From a scene to what the trees are built over: triangles in camera space, and meshes placed as instances.
+//! The primitives of the trees, from a scene: triangles in camera space, and meshes placed as
+//! instances.
 
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -9,12 +10,14 @@ use crate::{
     triangle::{COORDINATE_LIMIT, Defect, Triangle},
 };
 
-/// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
+/// A mesh with fewer triangles is copied: entering an instance costs about as much as traversing a
+/// tree of this size.
 const MIN_TRIANGLES: usize = 64;
-/// A mesh whose copies come to fewer triangles is copied: they fit in a cache anyway.
+/// A mesh whose copies have fewer triangles is copied: they fit in a cache anyway.
 const MIN_COPIED_TRIANGLES: usize = 4096;
-/// All meshes are copied where the copies together come to fewer triangles: 50 MiB and half a second of building, after which each step
-/// of a walk is cheaper by a sixth, for it need not be ready to enter instances (docs/performance.md).
+/// All meshes are copied where the copies together have fewer triangles: 50 MiB and half a second
+/// of building, after which each traversal step is cheaper by a sixth, since it never enters an
+/// instance (docs/performance.md).
 const MIN_TOTAL_TRIANGLES: usize = 1 << 20;
 /// Placements that blow rounding errors up by more than this are copied in f64 instead.
 const MAX_CONDITION: f64 = 1e4;
@@ -86,7 +89,7 @@ pub(crate) struct Placement {
     pub(crate) to_object: DAffine3,
 }
 
-/// A scene sorted into the two kinds.
+/// A scene sorted into copied triangles and instances.
 pub(crate) struct Placed {
     pub(crate) world: Soup,
     /// Meshes in object space, for those that are placed as instances.
@@ -123,8 +126,8 @@ fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
     }
 }
 
-/// Whether a build will most probably place some mesh as instances, told without building: wrong where none of its placements can be
-/// inverted, or none of its triangles is sound.
+/// Whether a build will most probably place some mesh as instances, predicted without building:
+/// wrong where none of its placements can be inverted, or none of its triangles is sound.
 pub fn expects_instances(scene: &Scene, options: &BuildOptions) -> bool {
     shared(scene, options).contains(&true)
 }
@@ -209,8 +212,8 @@ fn reach(mesh: &Mesh) -> f64 {
     f64::from(mesh.positions.par_iter().map(size).reduce(|| 0.0, f32::max))
 }
 
-/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range for f32, and with all
-/// of the mesh (`reach` from its origin) well inside [`COORDINATE_LIMIT`].
+/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range
+/// for f32, and with all of the mesh (`reach` from its origin) well inside [`COORDINATE_LIMIT`].
 fn invert(to_world: &DAffine3, reach: f64) -> Option<DAffine3> {
     let m = to_world.matrix3;
     if !to_world.is_finite() || m.determinant() == 0.0 {

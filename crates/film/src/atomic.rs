@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 use crate::WriteError;
 use crate::error::io_cause;
 
-/// What the names of files end in that are being written.
+/// Suffix of the names of files that are being written.
 const SUFFIX: &str = ".part";
 
 /// Links from link to link beyond which they are taken for a circle, as on Linux.
@@ -51,7 +51,8 @@ pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Removes what programs left that were killed while they wrote to `path`. No other program may be writing to it now.
+/// Removes temporary files of programs that were killed while they wrote to `path`. No other
+/// program may be writing to it now.
 pub fn remove_leftovers(path: &Path) {
     let Ok(Some(target)) = locate(path) else { return };
     let prefix = temporary_prefix(&target);
@@ -66,8 +67,8 @@ pub fn remove_leftovers(path: &Path) {
     }
 }
 
-/// The path that a chain of symbolic links ends at, whether there is a file or not; other paths as
-/// they are.
+/// The path at the end of a chain of symbolic links, whether there is a file or not; other paths
+/// unchanged.
 ///
 /// # Errors
 /// Where the links lead in a circle or cannot be read.
@@ -118,7 +119,7 @@ fn create_beside(target: &Path) -> Result<NamedTempFile, String> {
     builder.tempfile_in(&folder).map_err(|error| folder_cause(&folder, &error))
 }
 
-/// What temporary names of `target` begin with: a hash of its name, which may be as long as a name
+/// The prefix of temporary names of `target`: a hash of its name, which may be as long as a name
 /// can be.
 fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().as_encoded_bytes();

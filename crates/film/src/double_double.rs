@@ -2,9 +2,10 @@
 
 /// An unevaluated sum `hi + lo` of two doubles with `|lo| ≤ ulp(hi)/2`.
 ///
-/// Algorithms: Dekker, "A floating-point technique for extending the available precision",
-/// Numer. Math. 18 (1971); error bounds: Joldes, Muller, Popescu, "Tight and rigorous error bounds
-/// for basic building blocks of double-word arithmetic", ACM TOMS 44(2) (2017), algorithms 4, 6, 9, 12 and 15.
+/// Algorithms: Dekker, "A floating-point technique for extending the available precision", Numer.
+/// Math. 18 (1971); error bounds: Joldes, Muller, Popescu, "Tight and rigorous error bounds for
+/// basic building blocks of double-word arithmetic", ACM TOMS 44(2) (2017), algorithms 4, 6, 9, 12
+/// and 15.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DoubleDouble {
     pub(crate) hi: f64,
@@ -32,7 +33,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl DoubleDouble {
-    /// The two words, `hi` first: what a checkpoint has to keep.
+    /// The two words, `hi` first: the state that a checkpoint keeps.
     pub fn words(self) -> [f64; 2] {
         [self.hi, self.lo]
     }

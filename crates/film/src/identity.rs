@@ -1,4 +1,4 @@
-//! Whether two parts belong to one render: then, and only then, they may be joined or gone on with.
+//! Whether two parts belong to one render: then, and only then, they may be joined or resumed.
 
 use std::fmt::Display;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::settings::{Camera, Environment, Lens};
 use crate::{Metadata, Precision, RenderSettings};
 
-/// What two renders must have in common.
+/// The properties that two renders must have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Compatibility {
     /// Every bit: parts join as if rendered in one go.
@@ -18,13 +18,13 @@ pub enum Compatibility {
     Plan,
 }
 
-/// Something that renders are told apart by, with what it is called.
+/// A property that distinguishes renders, with its name.
 type IdentityField = (&'static str, fn(&Metadata) -> String);
 
-/// The first thing that tells two renders apart.
+/// The first property in which two renders differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// What differs: an option's name, or in words.
+    /// The property: an option's name, or in words.
     pub what: String,
     /// The value in the first, as it was set.
     pub first: String,
@@ -86,8 +86,8 @@ struct Setting {
     is_stopping: bool,
 }
 
-/// All settings but the names of files: the hash of the scene covers what the files hold, and their
-/// place does not matter. The patterns name every field, so that a new one does not compile
+/// All settings but the names of files: the hash of the scene covers the contents of the files, and
+/// their place does not matter. The patterns name every field, so that a new one does not compile
 /// until it is listed here.
 fn table(settings: &RenderSettings) -> [Setting; 22] {
     let RenderSettings {
@@ -124,7 +124,7 @@ fn table(settings: &RenderSettings) -> [Setting; 22] {
     let stopping = |name, value| Setting { name, value, is_stopping: true };
     let flag = |on: &bool| or_not_set(on.then_some(true));
     let switch = |on: bool| if on { "on" } else { "off" }.to_owned();
-    let sequences = if *one_sequence { "one a pixel" } else { "one a batch" };
+    let sequences = if *one_sequence { "one per pixel" } else { "one per batch" };
     [
         of("--size", format!("{width}x{height}")),
         of(CAMERA, camera_text(camera)),
@@ -151,7 +151,7 @@ fn table(settings: &RenderSettings) -> [Setting; 22] {
     ]
 }
 
-/// What several options set, with a value too long for a sentence.
+/// A property that several options set, with a value too long for a sentence.
 const CAMERA: &str = "the camera";
 
 /// The camera's record; its pattern names every field.
@@ -265,7 +265,7 @@ mod tests {
             ("--integrator is mis, caustics", |s| s.integrator = Integrator::Caustics),
             ("--directions is not set, bsdf", |s| s.directions = Some(Directions::Bsdf)),
             ("--sampler is sobol, stratified", |s| s.sampler = Sampler::Stratified),
-            ("the number of scrambles is one a batch, one a pixel", |s| s.one_sequence = true),
+            ("the number of scrambles is one per batch, one per pixel", |s| s.one_sequence = true),
             ("--shared-paths is off, on", |s| s.path_reuse = true),
             ("--adaptive is not set, true", |s| s.adaptive = true),
             ("--transparent is not set, true", |s| s.transparent = true),

@@ -1,12 +1,11 @@
-//! The film: what every pixel knows about its radiance and about its own error,
-//! and the files that carry it.
+//! The film: the statistics of every pixel's radiance and of its error, and the files that store
+//! them.
 //!
-//! A render arrives as *batches*: independent estimates of the whole image, each of a
-//! known number of samples. [`Film`] keeps wide totals and second moments of them, from
-//! which it gives mean, variance of the mean and degrees of freedom of every pixel.
-//! [`write_exr`] stores those as layers, [`write_png`] a tone-mapped picture of the mean.
-//! Both files are written beside their target and renamed, so that a target is either
-//! complete or untouched.
+//! A render is a sequence of *batches*: independent estimates of the whole image, each of a known
+//! number of samples. [`Film`] keeps wide totals and second moments of them, from which it gives
+//! mean, variance of the mean and degrees of freedom of every pixel. [`write_exr`] stores those as
+//! layers, [`write_png`] a tone-mapped picture of the mean. Both files are written beside their
+//! target and renamed, so that a target is either complete or untouched.
 //!
 //! Pixels are counted row by row from the top left: index `y * width + x`.
 //! Radiance is linear Rec. 709 (W·sr⁻¹·m⁻² or nit, as the scene's emitters are given).

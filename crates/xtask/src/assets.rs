@@ -24,7 +24,7 @@ type File = (String, Vec<u8>);
 /// Arguments of `cargo xtask assets`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Fail when a file in assets/ differs from what the code makes, and write nothing
+    /// Fail when a file in assets/ differs from the generated one, and write nothing
     #[arg(long)]
     check: bool,
 }
@@ -46,7 +46,8 @@ fn write(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Fails when a committed file differs from the generated one, or when a scene lies there that no code makes.
+/// Fails when a committed file differs from the generated one, or when there is a scene that no
+/// code generates.
 fn check(folder: &Path) -> Result<(), String> {
     let files = generate()?;
     let mut wrong = Vec::new();

@@ -1,7 +1,9 @@
-//! `cargo xtask contact-sheet`: a small picture of every glTF file below a folder, beside the published one where there is one.
+//! `cargo xtask contact-sheet`: a small picture of every glTF file below a folder, beside the
+//! published one where there is one.
 //!
-//! Files below a folder `malformed` are left out. The picture of `NAME.glb`, or of any file in a folder `NAME`, stands beside the
-//! first image in `DIR/docs/NAME/screenshot`, when there is one. Under each stands its name and what the program warned of.
+//! Files below a folder `malformed` are left out. The picture of `NAME.glb`, or of any file in a
+//! folder `NAME`, is beside the first image in `DIR/docs/NAME/screenshot`, when there is one. Below
+//! each are its name and the program's warnings.
 
 mod sheet;
 
@@ -22,7 +24,7 @@ pub(crate) struct Arguments {
     /// Program that renders [default: the one beside this tool's own: cargo build --release]
     #[arg(long, value_name = "BINARY")]
     surelight: Option<PathBuf>,
-    /// Light [default: what the files have, or a white sky]
+    /// Light [default: that of the files, or a white sky]
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     /// Samples per pixel

@@ -1,4 +1,4 @@
-//! `cargo xtask …`: what keeps the repository's generated files true.
+//! `cargo xtask …`: generates and checks files of the repository.
 
 mod assets;
 mod benchmarks;
@@ -15,7 +15,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Generates, packs and checks what the repository holds beside its code
+/// Generates, packs and checks the files of the repository beside its code
 #[derive(Parser)]
 #[command(bin_name = "cargo xtask")]
 struct Cli {

@@ -19,7 +19,8 @@ use crate::moments::WORDS;
 use crate::words::{COVERAGE_WORDS, checksum, coverage_word, word_name};
 use crate::{Film, Metadata, WriteError};
 
-/// Primaries and white point of Rec. ITU-R BT.709, table 1.3: what the channels R, G and B mean.
+/// Primaries and white point of Rec. ITU-R BT.709, table 1.3: the meaning of the channels R, G and
+/// B.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.30, 0.60),
@@ -27,9 +28,10 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,
-/// `Tail.K` ([`crate::Certificate`]), `Tail.Max` and `Tail.Squares` (largest sample and sum of squared
-/// samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
+/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`,
+/// `Certified.V`, `Tail.K` ([`crate::Certificate`]), `Tail.Max` and `Tail.Squares` (largest sample
+/// and sum of squared samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where
+/// the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
 /// `A` is coverage ([`Film::coverage`]), by which `R G B` and the variance are premultiplied;
@@ -38,8 +40,8 @@ const REC_709: Chromaticities = Chromaticities {
 /// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
 /// A crop's data window is its place in the display window, which is the whole image.
 ///
-/// Where the metadata say that it is a [`crate::Part`], the totals of all pixels go with it, bit for bit, as unsigned channels
-/// `Moments.00` and so on: [`crate::read_part`] gives back the film.
+/// Where the metadata say that it is a [`crate::Part`], the totals of all pixels go with it, bit
+/// for bit, as unsigned channels `Moments.00` and so on: [`crate::read_part`] gives back the film.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.
@@ -98,7 +100,7 @@ fn ascii(json: &str) -> String {
     text
 }
 
-/// What is known of pixels only when all of them are looked at.
+/// Findings about pixels that need all of them.
 struct PixelFindings {
     certified: Vec<bool>,
     tail: Vec<f32>,
@@ -154,7 +156,7 @@ impl<'a> Channels<'a> {
         }
         all.float("Certified.V", |i| f32::from(u8::from(findings.certified[i])));
         all.float("Tail.K", |i| findings.tail[i]);
-        // What tails of an extended render are judged by.
+        // The measure of an extended render's tails.
         all.float("Tail.Max", move |i| rounded(pixels[i].largest() as f32));
         all.float("Tail.Squares", move |i| rounded(pixels[i].squares() as f32));
         all.float("Samples.N", move |i| pixels[i].samples() as f32);
@@ -215,7 +217,8 @@ impl ChannelsWriter for &Channels<'_> {
             let place = line.location;
             let first = place.position.y() * self.width + place.position.x();
             let bits = &self.list[place.channel].bits;
-            // Floats and unsigned numbers alike are four bytes; a line of the block has room for just its samples.
+            // Floats and unsigned numbers alike are four bytes; a line of the block has room for
+            // just its samples.
             let written = line.write_samples(|x| bits(first + x));
             debug_assert!(written.is_ok());
         })

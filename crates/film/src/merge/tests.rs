@@ -8,7 +8,7 @@ use crate::{BatchSum, Features, encode_exr, write_exr};
 const WHOLE: [u32; 2] = [7, 5];
 const SPP: u64 = 24;
 
-/// Batches of 2 samples; each pixel and batch has numbers of its own.
+/// Batches of 2 samples; each pixel and batch has different numbers.
 fn render(edges: [u32; 4], [first, end]: [u64; 2]) -> (Film, Metadata) {
     let window = Window::crop(WHOLE, edges).unwrap();
     let mut film = Film::of_window(window);

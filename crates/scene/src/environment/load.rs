@@ -9,16 +9,18 @@ use crate::kind::kind_of;
 
 /// Texels that one map may have: 16 k × 8 k.
 const MAX_TEXELS: u64 = 128 << 20;
-/// A map with more texels than this must have [`MAX_TEXELS_PER_BYTE`] at most, or its header is taken for a lie: memory is
-/// allocated before the decoder can find out.
+/// A map with more texels than this must have [`MAX_TEXELS_PER_BYTE`] at most, or its header is
+/// taken for a lie: memory is allocated before the decoder can find out.
 const TRUSTED_TEXELS: u64 = 16 << 20;
-/// Run lengths of Radiance reach 16 texels a byte, ZIP on noise-free halves somewhat more.
+/// Run lengths of Radiance reach 16 texels per byte, ZIP on noise-free halves somewhat more.
 const MAX_TEXELS_PER_BYTE: u64 = 24;
 /// Bytes that one file may have.
 const MAX_BYTES: u64 = 4 << 30;
-/// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the range of f32.
+/// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the
+/// range of f32.
 const MAX_RADIANCE: f32 = 1e12;
-/// What an infinite texel becomes: the largest half float, since halves that overflowed are where they come from.
+/// The replacement of an infinite texel: the largest half float, since infinities come from halves
+/// that overflowed.
 const INFINITE: f32 = 65504.0;
 
 /// Loads an equirectangular environment map, .hdr or .exr by its content.
@@ -93,7 +95,7 @@ fn sanitise(texels: &mut [[f32; 3]]) -> usize {
             f32::INFINITY => INFINITE,
             c => c.min(MAX_RADIANCE),
         });
-        // -0.0 equals 0.0 and is no change worth a word; NaN never equals.
+        // -0.0 equals 0.0 and needs no warning; NaN never equals.
         changed += usize::from(*texel != before);
     }
     changed

@@ -1,4 +1,4 @@
-//! A material between its JSON and its bound textures, and what all readers of its parts need.
+//! A material between its JSON and its bound textures, and helpers for all readers of its parts.
 
 use glam::Affine2;
 use serde::de::DeserializeOwned;
@@ -49,8 +49,8 @@ impl MaterialDraft {
         self.tangent_space().map_or(looked_up, |(set, _)| looked_up.max(set as usize + 1))
     }
 
-    /// The texture coordinates along which tangents are to run, where the material needs any: those of the normal map, then
-    /// of the other maps that speak of tangents, then the first set.
+    /// The texture coordinates along which tangents are to run, where the material needs any: those
+    /// of the normal map, then of the other maps that need tangents, then the first set.
     pub(crate) fn tangent_space(&self) -> Option<(u32, Option<Affine2>)> {
         let maps = [self.normal.as_ref(), self.layers.clearcoat_normal.as_ref()];
         let map = maps.into_iter().flatten().map(|(lookup, _)| lookup).next();
@@ -182,7 +182,7 @@ impl LayerLookups {
     }
 }
 
-/// An extension's object as a type; a mistyped one is a warning and counts as absent.
+/// An extension's object as a type; a mistyped one is ignored with a warning.
 pub(crate) fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
     match extensions.parse(name)? {
         Ok(value) => Some(value),

@@ -45,7 +45,7 @@ struct VolumeJson {
     attenuation_color: Option<[f64; 3]>,
 }
 
-/// Adds what the extensions of a material say to its draft.
+/// Adds the extensions of a material to its draft.
 pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let extensions = &json.extensions;
     let material = &mut draft.material;
@@ -56,7 +56,7 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut 
         material.emissive = material.emissive.map(|factor| factor * strength);
     }
     if extensions.has(specular_glossiness::NAME) {
-        // The two describe one thing in different ways, and are not to stand together.
+        // The two describe one thing in different ways and exclude each other.
         return;
     }
     if let Some(json) = parse::<Ior>(extensions, "KHR_materials_ior", reader) {
@@ -81,8 +81,9 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut 
     }
 }
 
-/// A thickness of 0 is a thin wall. Any other says only that the mesh encloses a volume: its geometry is what a path
-/// crosses, and the thickness texture with it. The attenuation distance is in world units, whatever the node's scale.
+/// A thickness of 0 is a thin wall. Any other value states only that the mesh encloses a volume:
+/// paths cross its geometry, and the thickness texture has no effect. The attenuation distance is
+/// in world units, whatever the node's scale.
 fn volume(json: &VolumeJson, reader: &mut Reader) -> Option<Volume> {
     let thickness = reader.factor(json.thickness_factor, 0.0, 0.0, f32::MAX, "thicknessFactor");
     let attenuation_color = reader.factors(json.attenuation_color, [1.0; 3], 1.0, "attenuationColor");

@@ -1,4 +1,5 @@
-//! Material extensions that add layers and lobes: clearcoat, sheen, anisotropy, iridescence, dispersion, diffuse_transmission.
+//! Material extensions that add layers and lobes: clearcoat, sheen, anisotropy, iridescence,
+//! dispersion, diffuse_transmission.
 
 use serde::Deserialize;
 
@@ -62,7 +63,8 @@ struct DiffuseTransmissionJson {
     diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
-/// Adds the layers of a material to its draft. They are not to stand beside specular-glossiness, whose texts exclude them.
+/// Adds the layers of a material to its draft. They are excluded beside specular-glossiness, as its
+/// specification demands.
 pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let extensions = &json.extensions;
     if extensions.has(specular_glossiness::NAME) {

@@ -1,4 +1,5 @@
-//! Everything with a surface: which meshes and materials the placed nodes need, read in parallel and joined.
+//! Everything with a surface: which meshes and materials the placed nodes need, read in parallel
+//! and joined.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -37,8 +38,8 @@ pub(crate) fn read(
     let posed_meshes = posed_meshes(document, placed, poses)?;
     let skins = skins(accessors, &posed_meshes, poses, warnings)?;
     let mut plans = Vec::new();
-    // Which plans make up a look of a glTF mesh. Primitives with the same accessors and material are read once, whatever mesh they
-    // are in: some exporters write a mesh anew for every place.
+    // The plans of a posed glTF mesh. Primitives with the same accessors and material are read
+    // once, whatever mesh they are in: some exporters repeat a mesh for every place.
     let mut plans_of: HashMap<&PosedMesh, Vec<usize>> = HashMap::new();
     let mut known = HashMap::new();
     for posed in posed_meshes.values().collect::<BTreeSet<_>>() {
@@ -124,7 +125,7 @@ pub(crate) fn read(
     Ok(())
 }
 
-/// A mesh as a node shows it. Nodes with equal looks share their triangles.
+/// A mesh with the skin and weights of a node. Nodes with equal ones share their triangles.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 struct PosedMesh {
     /// glTF mesh.
@@ -142,7 +143,7 @@ struct Job<'a> {
     plan: Plan<'a>,
 }
 
-/// The look of each placed node that has a mesh and is visible.
+/// The posed mesh of each placed node that has a mesh and is visible.
 fn posed_meshes(document: &Document, placed: &[PlacedNode], poses: &Poses) -> Result<BTreeMap<usize, PosedMesh>> {
     let mut posed_meshes = BTreeMap::new();
     for placed in placed.iter().filter(|placed| placed.visible) {
@@ -165,7 +166,7 @@ fn posed_meshes(document: &Document, placed: &[PlacedNode], poses: &Poses) -> Re
     Ok(posed_meshes)
 }
 
-/// The skins of these looks, posed.
+/// The skins of these meshes, posed.
 fn skins(
     accessors: &Accessors,
     posed_meshes: &BTreeMap<usize, PosedMesh>,

@@ -34,7 +34,8 @@ struct TransformJson {
     tex_coord: Option<Int>,
 }
 
-/// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads nowhere.
+/// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads
+/// nowhere.
 pub(crate) fn lookup(
     document: &Document,
     info: &TextureInfo,
@@ -77,8 +78,8 @@ pub(crate) fn lookup(
     Some(TextureLookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
 }
 
-/// uv′ = offset + R · (scale · uv). The extension counts the angle counter-clockwise in an image whose v points down,
-/// so the matrix turns (u, v) by the negative angle.
+/// uv′ = offset + R · (scale · uv). The extension measures the angle counter-clockwise in an image
+/// whose v points down, so the matrix turns (u, v) by the negative angle.
 fn affine(json: &TransformJson) -> Option<Affine2> {
     let scale = Vec2::from(json.scale.unwrap_or([1.0, 1.0]));
     let affine = Affine2::from_scale_angle_translation(scale, -json.rotation, Vec2::from(json.offset));
@@ -90,8 +91,8 @@ fn is_in_range(t: Affine2) -> bool {
     t.to_cols_array().iter().all(|c| c.abs() < 1e9)
 }
 
-/// Extensions that name an image of another format, which stands before the core `source`: that is for readers without
-/// the format. In the order in which they are looked for.
+/// Extensions that name an image of another format, which takes precedence over the core `source`:
+/// that is for readers without the format. In order of precedence.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 #[derive(Deserialize)]
@@ -107,7 +108,8 @@ fn images_for(document: &Document, texture: usize) -> Vec<usize> {
     others.chain(json.source).map(Int::index).collect()
 }
 
-/// The images that can serve each texture of these lookups, best first, in the order of the best ones.
+/// The images that can serve each texture of these lookups, best first, in the order of the best
+/// ones.
 pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a TextureLookup>) -> Vec<Vec<usize>> {
     let set: BTreeSet<Vec<usize>> = lookups.map(|l| images_for(document, l.texture)).collect();
     set.into_iter().collect()
@@ -123,7 +125,7 @@ pub(crate) struct Binder<'a> {
     pub(crate) textures: Vec<Texture>,
     /// Textures without a readable source, samplers out of range.
     pub(crate) warnings: Warnings,
-    /// Images made from others; their indices go on where those of the decoded ones end.
+    /// Images made from others; their indices follow those of the decoded ones.
     pub(crate) made: Vec<Image>,
     /// Roughness maps by the image and the glossiness factor (as bits) that they were made from.
     roughness: HashMap<(usize, u32), usize>,

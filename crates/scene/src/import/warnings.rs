@@ -1,6 +1,7 @@
-//! Sentences about what was not read as written.
+//! Sentences about parts of a file that were not read as written.
 
-/// More than this and the rest is only counted: a hostile file must not fill memory or the terminal.
+/// More than this and the rest is only counted: a hostile file must not fill memory or the
+/// terminal.
 const MAX_WARNINGS: usize = 50;
 
 /// Warnings in the order in which they arose, each once.

@@ -222,7 +222,7 @@ fn unsupported_animations_are_reported_once_and_ignored() {
         "/materials/0/extensions/KHR_materials_volume_scatter/multiscatterColor",
         "/accessors/0/count",
     ] {
-        stays(pointer, "is no property that animation 0 can move; it stands still");
+        stays(pointer, "is no property that animation 0 can move; it does not move");
     }
     stays("/materials/7/alphaCutoff", "is not animated: the last one is 0");
     stays("/materials/18446744073709551615/alphaCutoff", "is not animated: the last one is 0");

@@ -1,4 +1,4 @@
-//! The kernel's walk on the CPU, over the same items and in the same order of operations; see
+//! The kernel's traversal on the CPU, over the same items and in the same order of operations; see
 //! [`crate::item`].
 
 use glam::Vec3;
@@ -22,9 +22,9 @@ pub struct Ray {
     pub origin: Vec3,
     /// Where it goes; need not be of unit length.
     pub direction: Vec3,
-    /// Hits count from here, in multiples of the direction; at least 0.
+    /// Minimum distance of hits, in multiples of the direction; at least 0.
     pub t_min: f32,
-    /// Hits count up to here; at most 1e30, which stands for no limit.
+    /// Maximum distance of hits; at most 1e30, which means no limit.
     pub t_max: f32,
 }
 
@@ -57,7 +57,7 @@ pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
     direction.abs().max(Vec3::splat(MIN_DIRECTION)).copysign(direction).recip()
 }
 
-/// A ray as one level of the tree sees it.
+/// A ray in the space of one level of the tree.
 #[derive(Clone, Copy)]
 struct Local {
     origin: Vec3,
@@ -73,7 +73,7 @@ impl Local {
     fn new(origin: Vec3, direction: Vec3) -> Self {
         let reciprocal = safe_reciprocal(direction);
         let a = direction.abs();
-        // A shear along the greatest component keeps the other two coordinates as they are.
+        // A shear along the greatest component keeps the other two coordinates.
         let (x, y, z) = if a.z >= a.x && a.z >= a.y {
             let s = -direction * reciprocal.z;
             (Vec3::new(1.0, 0.0, s.x), Vec3::new(0.0, 1.0, s.y), Vec3::new(0.0, 0.0, reciprocal.z))
@@ -156,20 +156,20 @@ fn entry(base: u32, order: [u32; 3]) -> u32 {
 impl Accel {
     /// The nearest hit with `t_min` < t < `t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.walk(ray, false).0
+        self.traverse(ray, false).0
     }
 
     /// Whether anything is hit with `t_min` < t < `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.walk(ray, true).0.is_some()
+        self.traverse(ray, true).0.is_some()
     }
 
     /// The nearest hit, and how many items were read to find it.
     pub fn intersect_counted(&self, ray: &Ray) -> (Option<Hit>, u32) {
-        self.walk(ray, false)
+        self.traverse(ray, false)
     }
 
-    fn walk(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
+    fn traverse(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
         let world = Local::new(ray.origin, ray.direction);
         let mut local = world;
         let mut instance = NO_INSTANCE;
