@@ -62,9 +62,9 @@ pub use item::Item;
 pub use options::{BuildOptions, Instancing, Quality};
 pub use placement::expects_instances;
 pub use records::{InstanceRecord, Skipped, TriangleSource};
+pub use traversal::{Hit, MIN_DIRECTION, Ray, safe_reciprocal};
 pub use tree::MAX_STACK_DEPTH;
 pub use triangle::COORDINATE_LIMIT;
-pub use traversal::{Hit, MIN_DIRECTION, Ray, safe_reciprocal};
 
 /// [`TriangleSource::instance`] of a triangle whose mesh is placed as instances.
 pub const NO_INSTANCE: u32 = u32::MAX;

@@ -64,7 +64,12 @@ impl Oracle {
                 let corners = vertices
                     .map(|v| instance.to_world.transform_point3(mesh.positions[v as usize].as_dvec3()) - origin);
                 if corners.iter().all(|c| c.is_finite()) {
-                    triangles.push(PlacedTriangle { corners, instance: i as u32, mesh: instance.mesh as u32, vertices });
+                    triangles.push(PlacedTriangle {
+                        corners,
+                        instance: i as u32,
+                        mesh: instance.mesh as u32,
+                        vertices,
+                    });
                 }
             }
         }

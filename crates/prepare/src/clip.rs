@@ -9,14 +9,14 @@ use surelight_scene::{Camera, ClipRange, Material, Mesh, Projection, Scene};
 
 use super::{Settings, lobes::transmits};
 
-/// Rounding must not cut what lies in a plane: the planes are moved outwards by this share of
+/// Rounding must not clip a surface in a plane: the planes are moved outwards by this share of
 /// their depth.
 const MARGIN: f64 = 1e-6;
 
-/// After this many triangles the planes count as cutting without a further look.
+/// After this many triangles the planes are assumed to clip, without further tests.
 const MAX_TRIANGLES: u64 = 1 << 26;
 
-/// What a camera's clipping planes cut off the picture.
+/// The planes at which a camera's clipping removes surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClippedRays {
     /// The near plane cuts something.
@@ -33,7 +33,7 @@ impl ClippedRays {
         self.near || self.far
     }
 
-    /// Looks at every triangle of the scene.
+    /// Tests every triangle of the scene.
     pub fn find(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         if camera.clip == ClipRange::NONE || settings.receiver {
             return Self::default();
@@ -55,7 +55,7 @@ pub(super) struct Planes {
 }
 
 impl Planes {
-    /// Those of a camera; none where they cut nothing.
+    /// Those of a camera; none where they clip nothing.
     pub(super) fn new(camera: &Camera, cut: ClippedRays) -> Self {
         let axes = camera.to_world.matrix3;
         let normal = axes.y_axis.cross(axes.x_axis).normalize_or_zero();
@@ -70,22 +70,22 @@ impl Planes {
 
     /// Depths of the near and the far plane as bits of f32, for the kernel.
     pub(super) fn bits(&self) -> [u32; 2] {
-        // What shaders call FAR.
+        // FAR in shaders.
         const FAR: f64 = 3e38;
         [self.near, self.far].map(|depth| (depth.min(FAR) as f32).to_bits())
     }
 }
 
-/// What a camera sees. Points have the coordinates x and y along the camera's axes, and the
-/// distance along its view axis.
+/// The view frustum of a camera. Points have the coordinates x and y along the camera's axes, and
+/// the distance along its view axis.
 struct Frustum {
     to_camera: DAffine3,
     /// Four sides, then the camera itself. A point is inside where the dot product with
     /// (x, y, distance, 1) is positive.
     sides: [DVec4; 5],
-    /// Likewise: before the near plane.
+    /// A slab that is nearer than the near plane.
     before: DVec4,
-    /// Likewise: beyond the far plane.
+    /// A slab that is beyond the far plane.
     beyond: DVec4,
 }
 

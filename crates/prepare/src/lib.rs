@@ -1,9 +1,10 @@
-//! From a scene to plain bytes: what a device needs to render it, without a device.
+//! From a scene to plain bytes: the inputs of a device, made without one.
 //!
-//! [`Prepared`] takes a [`surelight_scene::Scene`], a camera and [`Settings`], and holds the BVH, lights,
-//! textures and records as arrays by the names that the shaders bind ([`Prepared::arrays`]), and the
-//! [`KernelKey`]: what the kernel contains. [`compose`] makes WGSL of a key. Any host that can run WGSL
-//! needs exactly this; `surelight-render` is the one that uses wgpu.
+//! [`Prepared`] takes a [`surelight_scene::Scene`], a camera and [`Settings`], and holds the BVH,
+//! lights, textures and records as arrays by the names that the shaders bind
+//! ([`Prepared::arrays`]), and the [`KernelKey`]: the parts of the kernel. [`compose`] makes WGSL
+//! of a key. Any host that can run WGSL needs exactly this; `surelight-render` is the one that uses
+//! wgpu.
 //!
 //! ```
 //! use surelight_prepare::{KernelKey, Part};

@@ -1,4 +1,4 @@
-//! What a scene needs of a kernel, and no more.
+//! The parts of a kernel that a scene needs, and no more.
 
 use surelight_scene::{AlphaMode, Camera, Environment, Material, Projection, Scene};
 
@@ -15,7 +15,7 @@ use crate::{
     slots::Slot,
 };
 
-/// What lights, trees and tables say of a scene.
+/// Features of a scene, from its lights, trees and tables.
 pub(crate) struct SceneFeatures {
     pub(crate) lights: LightKinds,
     pub(crate) environment_map: bool,
@@ -26,7 +26,7 @@ pub(crate) struct SceneFeatures {
     pub(crate) nested: bool,
 }
 
-/// What the scene needs, and no more. Reuse of paths and light tracing are decided later.
+/// The key that the scene needs, and no more. Path reuse and light tracing are decided later.
 pub(crate) fn decide(
     scene: &Scene,
     camera: &Camera,

@@ -30,15 +30,15 @@ use crate::{
     view::View,
 };
 
-/// A scene seen by a camera, ready to be uploaded.
+/// A scene with a camera, ready to be uploaded.
 pub struct Prepared {
-    /// The BVH and what was skipped on the way.
+    /// The BVH and the counts of skipped triangles.
     pub accel: Accel,
-    /// What the kernel will contain ([`Part::ItemsImage`] is left to the device).
+    /// The parts of the kernel ([`Part::ItemsImage`] is decided by the device).
     key: KernelKey,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
-    /// What the camera's clipping planes cut off the picture.
+    /// The clipping planes that remove surfaces.
     pub cut: ClippedRays,
     /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
     pub integrator: Integrator,
@@ -61,23 +61,24 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
+    /// Builds the BVH around the camera (so that scenes far from the origin keep their precision)
+    /// and everything else.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, PrepareError> {
         Ok(Self::with_work(scene, camera, settings, |_| ())?.0)
     }
 
-    /// Likewise, with something to do while the BVH is built, told what the kernel will most probably be made from:
-    /// `surelight_render::Ahead::compile`.
+    /// Like [`Self::new`], with a task to run while the BVH is built, which gets the predicted
+    /// inputs of the kernel: `surelight_render::Ahead::compile`.
     pub fn with_work<T>(
         scene: &Scene,
         camera: &Camera,
         settings: &Settings,
         work: impl FnOnce(&Blueprint) -> T,
     ) -> Result<(Self, T), PrepareError> {
-        // What follows indexes without checks.
+        // The code below indexes without checks.
         scene.validate()?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
-        // Trees and tables know nothing of each other, and are made side by side.
+        // Trees and tables are independent, and are made in parallel.
         let (accel, tables, cut, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &settings.build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
@@ -211,13 +212,13 @@ impl Prepared {
         Ok((prepared, work))
     }
 
-    /// What the path kernel is made from.
+    /// The inputs of the path kernel.
     pub fn blueprint(&self) -> Blueprint {
         let constants = path_constants(self.room, &self.layout, self.environment.as_ref(), &self.planes);
         Blueprint { key: self.key, constants }
     }
 
-    /// What the kernel will contain; the device adds [`Part::ItemsImage`].
+    /// The parts of the kernel; the device adds [`Part::ItemsImage`].
     pub fn key(&self) -> KernelKey {
         self.key
     }
@@ -242,7 +243,8 @@ impl Prepared {
         constants
     }
 
-    /// The BVH's items. Those of triangles that are panes have a bit for each of the two in word 14.
+    /// The BVH's items. Those of triangles that are panes have a bit for each of the two in
+    /// word 14.
     pub(crate) fn items(&self) -> Cow<'_, [Item]> {
         if !self.key.has(Part::Panes) {
             return Cow::Borrowed(&self.accel.items);
@@ -264,7 +266,7 @@ impl Prepared {
     }
 }
 
-/// What measurements and tests add to a kernel.
+/// Additions to a kernel by measurements and tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instrument {
     /// Rays are traversed several times (`surelight_render::Renderer::set_walks`).
@@ -289,7 +291,7 @@ fn path_constants(
     constants
 }
 
-/// What is made of a scene without its trees.
+/// The part of a prepared scene that needs no trees.
 struct Tables {
     materials: Vec<PreparedMaterial>,
     textures: Textures,
@@ -318,7 +320,8 @@ impl Tables {
         Self { materials, textures, environment, nested }
     }
 
-    /// What the scene's kernel will be made from, unless a tree is uncommonly deep or something in the scene cannot be seen.
+    /// The predicted inputs of the scene's kernel: right unless a tree is uncommonly deep or part
+    /// of the scene is invisible.
     fn blueprint(
         &self,
         scene: &Scene,
@@ -342,7 +345,8 @@ impl Tables {
             nested: self.nested,
         };
         let key = decide(scene, camera, settings, &used_materials, &found)?;
-        // Not so where nothing smooth can be seen, say, or the camera is inside glass. Panes alone seldom reflect light onto surfaces.
+        // Wrong where nothing smooth is visible, say, or the camera is inside glass. Panes alone
+        // seldom reflect light onto surfaces.
         let bends = |m: &&PreparedMaterial| may_be_smooth(m) && !is_smooth_pane(m);
         let traced = match settings.integrator {
             Integrator::Caustics => key.has(Part::DeltaLobes),
@@ -350,7 +354,8 @@ impl Tables {
             _ => false,
         } && key.has(Part::LightSampling)
             && refusal(settings, &key, cut).is_none();
-        // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
+        // How much light surfaces send one another is known with the trees; where none is glossy,
+        // sharing is cheap and likely.
         let integrator = match settings.integrator {
             Integrator::Auto if traced => Integrator::Caustics,
             Integrator::Auto => Integrator::Mis,

@@ -49,7 +49,7 @@ impl Slot {
         Self::DiffuseTransmissionColor,
     ];
 
-    /// Whether the kernel may look it up, the texture, and whether its colours are sRGB.
+    /// Whether the kernel may sample it, the texture, and whether its colours are sRGB.
     pub(super) fn of(self, m: &Material) -> (bool, Option<&TextureRef>, bool) {
         let shaded = !m.unlit;
         let facets = has_facets(m);
@@ -101,7 +101,7 @@ impl Slot {
         }
     }
 
-    /// The part of the kernel that looks it up.
+    /// The part of the kernel that samples it.
     pub(super) fn part(self) -> Part {
         match self {
             Self::BaseColor => Part::BaseColorTexture,

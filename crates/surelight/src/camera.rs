@@ -23,7 +23,7 @@ pub(crate) struct View {
     pub(crate) camera: Camera,
     pub(crate) size: Size,
     pub(crate) lens: Option<Lens>,
-    /// What was decided without being asked, for the summary.
+    /// An automatic decision, for the summary.
     pub(crate) note: Option<String>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Lens {
     pub(crate) focus: f32,
 }
 
-/// Chooses the camera that the options ask for, else the file's first, else one that frames the model.
+/// Chooses the camera of the options, else the file's first, else one that frames the model.
 pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option<Size>) -> Result<View, Error> {
     let requested_aspect = size.map(|s| f64::from(s.width) / f64::from(s.height));
     let mut note = None;
@@ -74,7 +74,7 @@ pub(crate) fn cut_warning(camera: &Camera, cut: ClippedRays) -> Option<String> {
         (false, false) => return None,
     };
     let name = if camera.name.is_empty() { "the camera".into() } else { format!("camera \"{}\"", camera.name) };
-    Some(format!("{name} does not show what is {what} (--clip off shows it)"))
+    Some(format!("{name} does not show surfaces {what} (--clip off shows them)"))
 }
 
 /// A camera of the file, by name or else by number.
@@ -92,7 +92,8 @@ fn select<'a>(scene: &'a Scene, path: &Path, wanted: &Selector) -> Result<&'a Ca
     })
 }
 
-/// A perspective camera at `eye`, its top towards +Y (towards ∓Z where it looks straight down or up).
+/// A perspective camera at `eye`, its top towards +Y (towards ∓Z where it faces straight down or
+/// up).
 fn look_at(eye: DVec3, target: DVec3) -> Result<Camera, Error> {
     let Some(forward) = (target - eye).try_normalize() else {
         return Err(Error::Camera("--eye and --target are the same point; a direction is needed"));
@@ -176,7 +177,7 @@ mod tests {
         assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
         let cut = ClippedRays { near: true, ..ClippedRays::default() };
         let text = cut_warning(&scene.cameras[0], cut).unwrap();
-        assert_eq!(text, "camera \"a\" does not show what is nearer than znear = 2 m (--clip off shows it)");
+        assert_eq!(text, "camera \"a\" does not show surfaces nearer than znear = 2 m (--clip off shows them)");
         assert_eq!(cut_warning(&scene.cameras[0], ClippedRays::default()), None);
     }
 
@@ -220,7 +221,7 @@ mod tests {
         let seen = view(&aimed).unwrap();
         assert_eq!(seen.lens, Some(Lens { aperture: 0.1, focus: 3.0 }));
         assert!(matches!(seen.camera.projection, Projection::Perspective { yfov, .. } if yfov == 90f64.to_radians()));
-        // The empty scene's middle is where the camera stands.
+        // The camera is at the empty scene's middle.
         assert!(view(&CameraArgs { aperture: Some(0.1), ..args() }).is_err());
         assert_eq!(view(&args()).unwrap().size, Size { width: 1024, height: 512 });
     }

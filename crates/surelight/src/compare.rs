@@ -1,4 +1,5 @@
-//! `surelight compare`: how far apart two images are, and whether more than their own noise explains it.
+//! `surelight compare`: how far apart two images are, and whether more than their own noise
+//! explains it.
 
 mod report;
 
@@ -48,14 +49,14 @@ pub(crate) struct CompareArgs {
     json: bool,
 }
 
-/// What a comparison ends with.
+/// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum CompareResult {
     /// No difference was found.
     Same,
-    /// More than noise tells the images apart.
+    /// The images differ by more than noise.
     Differ,
-    /// Nothing can be told, and `--strict` wants to know.
+    /// No test has enough power, and `--strict` is set.
     CannotTell,
 }
 

@@ -11,12 +11,12 @@ use crate::parse::{Format, OutputPath};
 use crate::progress::Significant;
 use crate::summary::Percent;
 
-/// What `--exposure` asks for.
+/// The value of `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Exposure {
     /// As many stops.
     Stops(f32),
-    /// What the picture needs.
+    /// Derived from the picture.
     Auto,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct ResolvedExposure {
     pub(crate) display: film::Display,
     /// The exposure that was computed.
     pub(crate) auto: Option<Automatic>,
-    /// What another exposure would bring out.
+    /// A hint at a better exposure.
     pub(crate) hint: Option<Hint>,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn choose(
 }
 
 impl ResolvedExposure {
-    /// What files record.
+    /// The exposure record of files.
     pub(crate) fn record(&self) -> Option<ExposureRecord> {
         self.auto.map(|auto| ExposureRecord { ev: auto.ev, automatic: true })
     }

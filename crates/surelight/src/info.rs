@@ -1,4 +1,5 @@
-//! `surelight info`: what is in a scene, what the kernel will include because of it, and what is not supported.
+//! `surelight info`: the contents of a scene, the kernel parts that it needs, and unsupported
+//! features.
 
 mod contents;
 
@@ -14,14 +15,14 @@ use crate::{camera, console, light};
 
 use contents::Contents;
 
-/// A scene laid open; its fields are the keys of `--json`.
+/// The contents of a scene; its fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Info {
     /// The file as it was given.
     scene: String,
     #[serde(flatten)]
     contents: Contents,
-    /// The triangles as the kernel sees them.
+    /// The triangles of the kernel.
     bvh: Bvh,
     /// Parts that the kernel may have.
     kernel: Vec<KernelPart>,
@@ -36,13 +37,13 @@ struct KernelPart {
     name: &'static str,
     /// Whether it is compiled in.
     included: bool,
-    /// What it does.
+    /// Its effect.
     meaning: &'static str,
-    /// What in the scene asks for it.
+    /// The elements of the scene that need it.
     because: Option<String>,
 }
 
-/// Loads the scene and tells what is in it. No device is needed.
+/// Loads the scene and reports its contents. No device is needed.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let options = args.file.load_options();
     let scene = args.scene.load(&options)?;
@@ -69,7 +70,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     let unfound = args.method.warning(&scene);
     let prepared = Prepared::new(&scene, &view.camera, &settings)?;
     let key = prepared.key();
-    // That a scene does without what options or the device select says nothing about it.
+    // The absence of parts that options or the device select is no property of the scene.
     let tells = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
     let kernel = TABLE
         .iter()
@@ -92,7 +93,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     Ok(Info { scene: args.scene.name().display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
 }
 
-/// What became of the triangles.
+/// Counts of triangles.
 #[derive(Debug, Serialize)]
 struct Bvh {
     /// Nodes, triangles and instances of the kernel's stream.

@@ -1,4 +1,5 @@
-//! `surelight integrate`: Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula, on the device.
+//! `surelight integrate`: Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula,
+//! on the device.
 
 mod args;
 mod chart;
@@ -21,7 +22,8 @@ const REPLICATES: u32 = 32;
 /// Evaluations of a grid at most: its values are weighted on the host one by one.
 const MAX_GRID_EVALUATIONS: u64 = 1 << 26;
 
-/// Points of a Gauss–Legendre rule on an axis at most: finding its nodes takes time with their square.
+/// Points of a Gauss–Legendre rule on an axis at most: finding its nodes takes time with their
+/// square.
 const MAX_GAUSS_POINTS: usize = 4096;
 
 /// The formula is f32: closer agreement than this share of the value means nothing.
@@ -174,7 +176,8 @@ impl Integration<'_> {
         Ok(row)
     }
 
-    /// Evaluations and error of ever finer grids: against the truth where it is known, else against the next finer grid.
+    /// Evaluations and error of ever finer grids: against the truth where it is known, else against
+    /// the next finer grid.
     fn refinements(&mut self, rule: Rule, max_grid_points: usize) -> Result<Vec<(f64, f64)>, Error> {
         let mut found: Vec<(f64, f64)> = Vec::new();
         let ladder = std::iter::successors(Some(1), |&points: &usize| Some(points + (points / 2).max(1)));
@@ -204,7 +207,8 @@ impl Integration<'_> {
         }
     }
 
-    /// Whether the largest values let the error bars be believed; by the means of 64 independent samples, on both sides.
+    /// Whether the tail of the values is light enough for the error bars; by the means of 64
+    /// independent samples, on both sides.
     fn judge_tail(&mut self, mut chunks: Vec<f64>) {
         let upper = pareto_k(&mut chunks);
         chunks.iter_mut().for_each(|x| *x = -*x);

@@ -17,7 +17,7 @@ impl LightArgs {
     }
 }
 
-/// Sets the scene's environment as the options say; returns what was decided without being asked.
+/// Sets the scene's environment by the options; returns a note on an automatic decision.
 pub(crate) fn set(scene: &mut Scene, args: &LightArgs) -> Result<Option<String>, Error> {
     if let Some(file) = &args.env {
         let (map, warnings) = load_environment_with_warnings(file)?;

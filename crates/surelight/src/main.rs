@@ -1,6 +1,6 @@
 //! The command line of Surelight: arguments, progress, messages, exit codes.
 //!
-//! Everything that renders is in the libraries; here it is decided what to render and told how it went.
+//! All rendering is in the libraries; this crate reads the command line, and reports results.
 
 // They panic when a pipe is closed; see `console`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -41,7 +41,7 @@ use crate::error::{Error, sentence};
 
 /// Bad input, a device or a disk that fails.
 const ERROR: u8 = 1;
-/// The time was up or Ctrl-C came before the target was met; the image is written.
+/// The time was up or Ctrl-C came before the target was reached; the image is written.
 const STOPPED_EARLY: u8 = 3;
 /// `compare` found a difference, or `bench --compare` a loss.
 const DIFFER: u8 = 4;

@@ -28,23 +28,23 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Samples of a pixel in a batch: sums on the device are f32.
 const MAX_SAMPLES: u32 = 1024;
 
-/// Batches at least where pixels differ: each pixel's variance comes from its own.
+/// Minimum number of batches where pixels differ: each pixel's variance comes from its own batches.
 const MIN_BATCHES: u32 = 16;
 
-/// The pilot's samples a pixel, in so many batches.
+/// The pilot's samples per pixel, and its batches.
 const PILOT_SAMPLES: u32 = 16;
 const PILOT_BATCHES: u32 = 4;
 
-/// Beyond what the pilot asks for: its own estimate is noisy.
+/// A margin over the pilot's estimate, which is noisy.
 const MARGIN: f64 = 1.05;
 
 /// Shortest time between two lines of progress, seconds.
 const LOG_INTERVAL_SECONDS: f64 = 10.0;
 
-/// Replicates of the pilot are numbered from here, so that nothing of it is used again.
+/// Replicates of the pilot are numbered from here, so that its random numbers are not reused.
 const PILOT_FIRST: u32 = 1 << 31;
 
-/// Measures as the options say and prints the result; whether the target was met.
+/// Measures and prints the result; returns whether the target was reached.
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let start = Instant::now();
     let options = args.file.load_options();
@@ -119,7 +119,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     Ok(report.stopped == "done")
 }
 
-/// Says what speaks against the error bar, and whether the target is met.
+/// Notes reasons to doubt the error bar, and whether the target is reached.
 fn judge(report: &mut Report) {
     let mut doubts = Vec::new();
     if let Some([k, limit]) = report.tail.filter(|[k, limit]| k > limit) {
@@ -130,8 +130,7 @@ fn judge(report: &mut Report) {
     }
     if report.luminance.value == 0.0 {
         doubts.push(
-            "every sample was black: either no light arrives here, or it arrives by paths too rare to be found"
-                .to_owned(),
+            "every sample was black: either there is no light here, or its paths are too rare to be found".to_owned(),
         );
     }
     if report.dropped_samples > 0 {
@@ -168,12 +167,12 @@ struct Plan {
     batches: u32,
     deadline: Option<Instant>,
     pilot_samples: u64,
-    /// What the end by the number of batches means.
+    /// The reason recorded when the batches are done.
     end: &'static str,
 }
 
 impl Plan {
-    /// A line of a log: what is done, what is left.
+    /// A line of a log: samples done, time left.
     fn log_progress(&self, batches: u32, seconds: f64) {
         let samples = |batches: u32| self.pixels as f64 * f64::from(self.samples) * f64::from(batches) / 1e6;
         let by_number = seconds / f64::from(batches) * f64::from(self.batches - batches);
@@ -192,7 +191,7 @@ struct Measurement<'a> {
 }
 
 impl Measurement<'_> {
-    /// A batch of its own.
+    /// A separate batch.
     fn trace(&mut self, samples: u32, tally: &mut Tally, deadline: Option<Instant>) -> Result<bool, Error> {
         let mut film = Film::new(self.setup.settings.width, self.setup.settings.height);
         let mut on_time = |_: &surelight_render::Counts| deadline.is_none_or(|d| Instant::now() < d);
@@ -245,7 +244,8 @@ impl Measurement<'_> {
             let found = &pilot.estimates(self.setup.factor)[3];
             wanted = batches_for(&pilot, found, self.setup.factor, error, args.confidence);
         } else {
-            // As many batches as there is time for keep the clock; few of more samples are better stratified.
+            // As many batches as there is time for keep the clock; few of more samples are better
+            // stratified.
             let left = deadline.map_or(0.0, |d| (d - Instant::now().min(d)).as_secs_f64());
             let fits = (left / 32.0 / seconds_per_batch.max(1e-6)) as u64;
             plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MAX_SAMPLES);
@@ -267,7 +267,8 @@ impl Measurement<'_> {
         Ok(plan)
     }
 
-    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ, two).
+    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ,
+    /// two).
     fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
         let mut tally = self.tally();
         let least = if self.setup.same { 1 } else { 2 };
@@ -294,7 +295,7 @@ impl Measurement<'_> {
     }
 }
 
-/// Batches like the pilot's after which the interval is as narrow as asked for, with caution.
+/// Batches like the pilot's after which the interval is as narrow as requested, conservatively.
 fn batches_for(pilot: &Tally, found: &Estimate, factor: f64, error: f64, confidence: f64) -> u64 {
     let quantile = student_t_quantile(0.5 + 0.5 * confidence, found.dof.max(1.0));
     let caution = pilot.cautious_variance(factor);

@@ -286,7 +286,7 @@ fn one_output_that_fails_does_not_cost_the_others() {
     folder.run(line).failed_with(&[
         "the file \"full.exr\" could not be written: the disk is full",
         "\"a.png\", \"b.exr\" were saved",
-        "--resume goes on from \"a.checkpoint.exr\"",
+        "--resume continues from \"a.checkpoint.exr\"",
     ]);
     assert_eq!(folder.files(), ["a.checkpoint.exr", "a.png", "b.exr", "full.exr"]);
     let saved = fs::read(folder.path("b.exr")).unwrap();

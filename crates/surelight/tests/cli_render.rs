@@ -110,9 +110,13 @@ fn quiet_is_quiet_and_a_log_is_lines() {
     assert_eq!(quiet.stderr, "");
     assert!(quiet.stdout.lines().count() <= 4 && quiet.stdout.starts_with("image     "), "{}", quiet.stdout);
     let shared = folder.run("{box} --size 8x8 --spp 1 --shared-paths on").succeeded();
-    assert!(shared.stdout.contains("samples   1 a pixel; 64 paths, shared by 2×2 pixels, "), "{}", shared.stdout);
+    assert!(shared.stdout.contains("samples   1 per pixel; 64 paths, shared by 2×2 pixels, "), "{}", shared.stdout);
     let log = folder.run("{box} --size 8x8 --spp 1").succeeded();
-    assert!(log.stdout.contains("samples   1 a pixel; 64 paths, ") && !log.stdout.contains("shared"), "{}", log.stdout);
+    assert!(
+        log.stdout.contains("samples   1 per pixel; 64 paths, ") && !log.stdout.contains("shared"),
+        "{}",
+        log.stdout
+    );
     assert!(!log.stderr.is_empty() && !log.stderr.contains(['\r', '\u{1b}']), "{:?}", log.stderr);
 }
 
@@ -170,7 +174,7 @@ fn adaptive_samples_are_reported() {
     assert!(exr.surelight_metadata().unwrap().settings.unwrap().adaptive);
     let loud = far.replace(" --quiet", "");
     let ran = folder.run(&format!("{loud} --spp 64 --adaptive -o a.png")).succeeded();
-    assert!(ran.stdout.contains(&format!("64 a pixel, {least} to {most} by noise")), "{}", ran.stdout);
+    assert!(ran.stdout.contains(&format!("64 per pixel, {least} to {most} by noise")), "{}", ran.stdout);
 
     // Two parts are the whole, bit for bit, if both are adaptive.
     for range in ["0..24", "24..64"] {

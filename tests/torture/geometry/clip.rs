@@ -239,7 +239,12 @@ fn assets_are_not_cut() {
             }
             let scene = surelight_scene::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
             for camera in &scene.cameras {
-                assert_eq!(ClippedRays::find(&scene, camera, &settings()), ClippedRays::default(), "{}", path.display());
+                assert_eq!(
+                    ClippedRays::find(&scene, camera, &settings()),
+                    ClippedRays::default(),
+                    "{}",
+                    path.display()
+                );
                 count += 1;
             }
         }

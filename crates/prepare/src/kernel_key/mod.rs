@@ -1,4 +1,4 @@
-//! What a kernel contains: decided by scene, settings and device before compilation.
+//! The parts of a kernel: decided by scene, settings and device before compilation.
 //!
 //! A part that a scene lacks is absent from its kernel, its bindings and its records.
 
@@ -19,9 +19,10 @@ pub enum Estimator {
     /// Light sampling and BSDF sampling by multiple importance sampling.
     #[default]
     Mis,
-    /// Likewise, where the four pixels of a square reuse one another's paths.
+    /// [`Self::Mis`], where the four pixels of a square reuse one another's paths.
     PathReuse,
-    /// Likewise, with light that mirrors and smooth glass send to scattering surfaces traced from the lights.
+    /// [`Self::Mis`], with light that mirrors and smooth glass send to scattering surfaces traced
+    /// from the lights.
     LightTracing,
     /// Directions alone.
     Hemisphere(Directions),
@@ -45,7 +46,7 @@ impl Estimator {
     ];
 }
 
-/// Where camera rays come from.
+/// The camera model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum CameraModel {
     /// A pinhole.
@@ -81,10 +82,10 @@ impl EnvironmentKind {
     pub const ALL: [Self; 3] = [Self::Black, Self::Uniform, Self::Map];
 }
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PointSet {
-    /// Sobol points, each batch with a scramble of its own.
+    /// Sobol points, each batch with a separate scramble.
     #[default]
     Sobol,
     /// All batches of a pixel are pieces of one Sobol sequence.
@@ -110,11 +111,11 @@ impl PointSet {
     }
 }
 
-/// What a kernel contains. Two kernels of one key and the same constants are the same program.
+/// The parts of a kernel. Two kernels of one key and the same constants are the same program.
 ///
 /// A key is consistent by construction: it has everything that its parts need ([`Row::needs`]) and
-/// nothing that they exclude. Kernels without bounds checks depend on it, so it cannot be changed from
-/// outside.
+/// nothing that they exclude. Kernels without bounds checks depend on it, so it cannot be changed
+/// from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct KernelKey {
     estimator: Estimator,
@@ -171,7 +172,7 @@ impl KernelKey {
     /// A kernel of these choices and parts, and of all that the parts need.
     ///
     /// # Errors
-    /// Where parts exclude one another, or lack what they need one of.
+    /// Where parts exclude one another, or lack all alternatives of a requirement.
     pub fn new(
         estimator: Estimator,
         points: PointSet,
@@ -209,7 +210,7 @@ impl KernelKey {
             let row = TABLE.iter().find(|row| row.name == *name);
             let part = row.ok_or_else(|| KeyError::Unknown { name: (*name).to_owned() })?.part;
             parts = parts.with(part);
-            // What a choice needs may be another choice.
+            // A requirement of a choice may be another choice.
             parts = row.into_iter().flat_map(|row| row.needs).fold(parts, |all, &part| all.with(part));
         }
         let taken = |part: Part| KeyError::Alternatives { part: TABLE[part as usize].name };
@@ -271,7 +272,7 @@ impl KernelKey {
         self.points == PointSet::OneSobolSequence
     }
 
-    /// Where random numbers come from.
+    /// The source of random numbers.
     pub fn points(&self) -> PointSet {
         self.points
     }

@@ -35,7 +35,7 @@ impl Progress {
         Self::Bar { bar, scenes }
     }
 
-    /// Shows how the race on a scene stands.
+    /// Shows the progress of the race on a scene.
     pub(super) fn update(&mut self, scene: &str, number: usize, status: &Status) {
         match self {
             Self::Quiet => {}

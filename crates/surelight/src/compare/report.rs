@@ -1,4 +1,4 @@
-//! What a comparison tells, for people and for programs.
+//! The report of a comparison, as text and as JSON.
 
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -37,7 +37,7 @@ pub(super) struct Report {
     verdict: Option<Judgement>,
     /// `null` without `--plan`, without a verdict, and where there is no noise or no light.
     plan: Option<Plan>,
-    /// What to know when reading the rest.
+    /// Notes on the rest.
     notes: Vec<String>,
 }
 
@@ -67,14 +67,14 @@ struct Judgement {
     different_tiles: Vec<Different>,
 }
 
-/// What it takes to see a bias.
+/// The samples that it takes to detect a bias.
 #[derive(Debug, Serialize)]
 struct Plan {
     /// Of the whole picture, relative.
     bias: f64,
     /// How many times the samples that the images have; below 1 where fewer would do.
     times: f64,
-    /// Samples a pixel of A and B; `null` where an image does not say how many it has.
+    /// Samples per pixel of A and B; `null` where an image does not state them.
     samples: [Option<f64>; 2],
 }
 
@@ -146,7 +146,7 @@ impl Report {
     }
 }
 
-/// What to know of two files before believing the rest.
+/// Notes on two files that qualify the rest.
 fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], pictures: [&Picture; 2]) -> Vec<String> {
     let mut notes = Vec::new();
     let known = pictures.map(|picture| picture.variance.is_some());
@@ -206,7 +206,7 @@ impl Display for Plan {
             Significant(self.times)
         )?;
         let [a, b] = self.samples.map(|n| n.map_or("an unknown number".into(), |n| format!("{n}")));
-        write!(f, " these samples: {a} a pixel in A and {b} in B")
+        write!(f, " these samples: {a} per pixel in A and {b} in B")
     }
 }
 
@@ -244,7 +244,7 @@ impl Judgement {
         }
     }
 
-    /// What differs, in words.
+    /// The differences, in words.
     fn findings(&self) -> String {
         let whole = self.pooled.iter().filter(|test| test.p < self.pooled_level);
         let mut found: Vec<_> =
@@ -279,7 +279,7 @@ impl Display for Report {
         writeln!(f, "RMSE      {:.4e}", self.rmse)?;
         writeln!(f, "relMSE    {:.4e}", self.rel_mse)?;
         writeln!(f, "SMAPE     {:.4e}", self.smape)?;
-        writeln!(f, "FLIP      {:.4} (what an eye sees; it hides bias)", self.flip)?;
+        writeln!(f, "FLIP      {:.4} (visible difference; it hides bias)", self.flip)?;
         if self.skipped > 0 {
             writeln!(f, "skipped   {} pixels that are not finite", self.skipped)?;
         }
@@ -298,7 +298,7 @@ impl Display for Report {
         }
         writeln!(
             f,
-            "power     9 times in 10 a bias of {} % of the picture would have been seen, or of {} % in one tile of {s}x{s}",
+            "power     9 times in 10 a bias of {} % of the picture would have been detected, or of {} % in one tile of {s}x{s}",
             Significant(100.0 * verdict.detectable),
             Significant(100.0 * verdict.detectable_in_tile),
             s = verdict.tile

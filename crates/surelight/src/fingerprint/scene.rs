@@ -1,4 +1,4 @@
-//! The hash of a scene: the bits of its values, field by field, whatever their types print as.
+//! The hash of a scene: the bits of its values, field by field, independent of `Debug` output.
 
 use std::sync::Arc;
 
@@ -10,7 +10,8 @@ use surelight_scene::{
 
 use super::Hash;
 
-/// Hash of everything in a scene that shows, as 16 hexadecimal digits. The same on every machine; not for security.
+/// Hash of all visible content of a scene, as 16 hexadecimal digits. The same on every machine; not
+/// for security.
 pub(crate) fn of(scene: &Scene) -> String {
     let mut hash = Hash::new();
     scene.hash_into(&mut hash);
@@ -22,7 +23,7 @@ trait HashInput {
     fn hash_into(&self, hash: &mut Hash);
 }
 
-/// Unsigned integers, and what has a fixed pattern of bits.
+/// Unsigned integers, and values with a fixed pattern of bits.
 macro_rules! words {
     ($($type:ty: |$value:ident| $word:expr),+ $(,)?) => {$(
         impl HashInput for $type {
@@ -71,7 +72,8 @@ arrays! {
     DAffine3: to_cols_array,
 }
 
-/// Structures. The list names every field, or the pattern does not compile; `but` those that do not show.
+/// Structures. The list names every field, or the pattern does not compile; `but` those that do not
+/// show.
 macro_rules! fields {
     ($($type:ty { $($field:ident),+ $(; but $($hidden:ident),+)? })+) => {$(
         impl HashInput for $type {

@@ -1,4 +1,4 @@
-//! What `surelight measure` tells.
+//! The report of `surelight measure`.
 
 use std::fmt::{self, Display};
 
@@ -22,14 +22,15 @@ pub(super) struct Report {
     pub(super) place: String,
     /// Linear Rec. 709.
     pub(super) rgb: [Value; 3],
-    /// Their Rec. 709 luminance: illuminance in lux where irradiance is measured, else luminance in nit.
+    /// Their Rec. 709 luminance: illuminance in lux where irradiance is measured, else luminance in
+    /// nit.
     pub(super) luminance: Value,
     /// `lx` or `nit`.
     pub(super) unit: &'static str,
     pub(super) confidence: f64,
     /// Half width over value, in luminance.
     pub(super) relative_error: Option<f64>,
-    /// What `--error` asked for.
+    /// The target of `--error`.
     pub(super) target_error: Option<f64>,
     /// Why it ended: `done`, `time`, `samples`, `missed` or `unreachable`.
     pub(super) stopped: &'static str,
@@ -38,9 +39,9 @@ pub(super) struct Report {
     pub(super) replicates: u64,
     /// Samples of the pilot that fixed the number of samples; thrown away.
     pub(super) pilot_samples: u64,
-    /// Shape of the tail of the estimates (Pareto k̂), and what it may be at most to believe the error bar.
+    /// Shape of the tail of the estimates (Pareto k̂), and its limit for a reliable error bar.
     pub(super) tail: Option<[f64; 2]>,
-    /// Whether nothing speaks against the error bar.
+    /// Whether the error bar is reliable.
     pub(super) certified: bool,
     pub(super) integrator: String,
     pub(super) seed: u32,
@@ -89,10 +90,10 @@ impl Display for Report {
         }
         if let Some(target) = self.target_error {
             let met = match self.stopped {
-                "done" => "met".to_owned(),
-                "missed" => "not met (the pilot asked for too few samples)".to_owned(),
+                "done" => "reached".to_owned(),
+                "missed" => "not reached (the pilot planned too few samples)".to_owned(),
                 "unreachable" => "unreachable: see the notes".to_owned(),
-                why => format!("not met ({why})"),
+                why => format!("not reached ({why})"),
             };
             writeln!(f, "target   ± {} %: {met}", percent(target))?;
         }
@@ -118,7 +119,7 @@ impl Display for Value {
     }
 }
 
-/// A number with as many digits as its error lets mean something: two of the error's, at most what f32 has.
+/// A number with as many digits as its error justifies: two of the error's, at most those of f32.
 struct Fitted(f64, f64);
 
 impl Display for Fitted {

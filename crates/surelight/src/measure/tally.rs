@@ -12,7 +12,7 @@ const MAX_KEPT: usize = 1 << 20;
 
 /// Batches added up.
 pub(super) struct Tally {
-    /// One group where all pixels estimate the same number, else one a pixel.
+    /// One group where all pixels estimate the same number, else one per pixel.
     groups: Vec<[Moments; QUANTITIES]>,
     kept: Vec<f64>,
     batches: u32,
