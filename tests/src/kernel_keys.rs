@@ -27,7 +27,8 @@ pub fn key_of(names: &[&str]) -> Result<KernelKey, KeyError> {
     }
 }
 
-/// Keys with as many parts as can be together: each choice has its turn, and meets most of the others.
+/// Keys with as many parts as can be together: each choice has its turn, and is combined with most
+/// of the others.
 pub fn everything() -> Vec<KernelKey> {
     fn turn<T: Copy>(all: &[T], k: usize) -> T {
         all[k % all.len()]
@@ -44,7 +45,7 @@ pub fn everything() -> Vec<KernelKey> {
                 parts,
             )
         };
-        // What a part needs one of comes before it.
+        // A part follows one of its alternative requirements.
         let order = [Part::PunctualLights, Part::BaseColorTexture].into_iter().chain(TABLE.iter().map(|row| row.part));
         let others = order.filter(|part| !Parts::CHOICES.has(*part));
         let parts = others.fold(
@@ -60,7 +61,7 @@ pub fn everything() -> Vec<KernelKey> {
     keys
 }
 
-/// Whether a scene cannot bring the part into its kernel: the device, the settings or a choice does.
+/// Whether the device, the settings or a choice adds the part to a kernel, and not the scene.
 pub fn is_chosen_elsewhere(row: &Row) -> bool {
     matches!(row.origin, Origin::Settings | Origin::Device)
         || Parts::CHOICES.has(row.part)

@@ -1,4 +1,5 @@
-//! Thin films, sheen and clear coats in f64, from the extensions' texts: KHR_materials_iridescence, _sheen and _clearcoat.
+//! Thin films, sheen and clear coats in f64, from the extensions' texts: KHR_materials_iridescence,
+//! _sheen and _clearcoat.
 
 use std::f64::consts::{PI, TAU};
 
@@ -150,7 +151,8 @@ impl Layered {
         value
     }
 
-    /// What is scattered of uniform light into the upper and the lower hemisphere, by the midpoint rule: for broad lobes.
+    /// Uniform light scattered into the upper and the lower hemisphere, by the midpoint rule: for
+    /// broad lobes.
     pub fn albedos(&self, n: usize) -> [DVec3; 2] {
         let mut sums = [DVec3::ZERO; 2];
         for a in 0..n {

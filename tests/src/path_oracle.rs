@@ -1,7 +1,8 @@
 //! A path tracer in f64 on the CPU, for diffuse scenes: shares no code with the renderer.
 //!
-//! The area form of the rendering equation: at each vertex a point on a lamp, chosen by area, is looked at; what a path meets counts
-//! from the camera alone. Rays are tested against every triangle (Möller & Trumbore 1997). Random numbers are SplitMix64's.
+//! The area form of the rendering equation: at each vertex a point on a lamp, chosen by area, is
+//! connected; emission is added at the camera's first hit alone. Rays are tested against every
+//! triangle (Möller & Trumbore 1997). Random numbers are SplitMix64's.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,10 +29,10 @@ struct Triangle {
     two_sided: bool,
 }
 
-/// A scene of Lambertian surfaces that shine or reflect, seen by a pinhole.
+/// A scene of Lambertian surfaces that emit or reflect, with a pinhole camera.
 pub struct PathOracle {
     triangles: Vec<Triangle>,
-    /// Indices of what shines, each with the sum of areas up to it.
+    /// Indices of emitters, each with the sum of areas up to it.
     lamps: Vec<(usize, f64)>,
     eye: DVec3,
     /// Right, up and forwards; the sides as long as half the picture at distance 1.
@@ -146,7 +147,8 @@ impl PathOracle {
         radiance
     }
 
-    /// A picture of independent batches. A batch is a sample in each of `cells`² parts of the pixel.
+    /// A picture of independent batches. A batch is a sample in each of `cells`² parts of the
+    /// pixel.
     pub fn render(&self, size: [u32; 2], batches: u32, cells: u32, seed: u64) -> Film {
         let mut film = Film::new(size[0], size[1]);
         let count = size[0] * size[1];
@@ -155,7 +157,8 @@ impl PathOracle {
             let mut sums = Vec::with_capacity(pixels.len());
             for &pixel in &pixels {
                 let key = (u64::from(batch) * u64::from(count) + u64::from(pixel)) ^ (seed << 40);
-                // Twice, since neighbouring seeds of SplitMix64 give shifted copies of one sequence.
+                // Twice, since neighbouring seeds of SplitMix64 give shifted copies of one
+                // sequence.
                 let mut random = Random::new(Random::new(key).bits());
                 let (mut sum, mut largest, mut squares) = (DVec3::ZERO, 0.0_f64, 0.0);
                 for k in 0..cells * cells {

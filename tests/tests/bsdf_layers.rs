@@ -1,5 +1,6 @@
-//! Clear coats, sheen, grain, thin films and diffuse transmission, as the BSDF module computes them on the device: values by the
-//! extensions' formulas in f64, samples by their pdf, light conserved, and nothing changed where a layer is not.
+//! Clear coats, sheen, anisotropy, thin films and diffuse transmission, as the BSDF module computes
+//! them on the device: values by the extensions' formulas in f64, samples by their pdf, light
+//! conserved, and nothing changed where a layer is not.
 
 use std::sync::LazyLock;
 
@@ -101,7 +102,7 @@ fn samples_follow_the_pdf() {
         }
     }
     assert!(failures.is_empty(), "at level {level:.1e}:\n{}", failures.join("\n"));
-    // A coat's α that is 3 % off would be seen.
+    // A coat's α that is 3 % off would be detected.
     let m = black(60.0).coated(0.2);
     let wrong = Material { coat_alpha: 0.206, ..m };
     let p = chi2::outcome(&PROBE, &m, &wrong, 200_000, 6000).p;
@@ -157,7 +158,7 @@ fn sampled(m: &Material, seed: u64) -> [(f64, f64); 2] {
     moments.map(|m| (m.mean(), m.variance_of_mean().sqrt()))
 }
 
-/// What samples bring of uniform light is the integral of the formula, above and below.
+/// The mean weight of samples under uniform light is the integral of the formula, above and below.
 #[test]
 fn albedos_are_the_integrals() {
     let all: Vec<_> = [20.0, 60.0].into_iter().flat_map(materials).collect();
@@ -173,11 +174,11 @@ fn albedos_are_the_integrals() {
             power = power.max(test.detectable / exact[k].y.max(0.1));
         }
     }
-    println!("a relative bias of {power:.1e} would have been seen");
+    println!("a relative bias of {power:.1e} would have been detected");
     assert!(power < 0.1, "blind to {power}");
 }
 
-/// Layers over white that loses nothing return at most what arrives, for any α and from any direction.
+/// Layers over lossless white return at most the incident light, for any α and from any direction.
 #[test]
 fn layers_gain_no_light() {
     let mut largest = (0.0, String::new());
@@ -270,8 +271,8 @@ fn diffuse_transmission_splits_light_as_stated() {
     assert!(ea < 5e-3 && eb < 5e-3);
 }
 
-/// Smooth dispersive glass: a refracted sample serves one channel and goes its way by Snell's law; over all samples each channel
-/// keeps all of its light.
+/// Smooth dispersive glass: a refracted sample serves one channel and goes its way by Snell's law;
+/// over all samples each channel keeps all of its light.
 #[test]
 fn each_colour_goes_its_own_way() {
     for m in [Material::glass(0.0, 60.0).dispersive(0.1), Material::glass_within(0.0, 30.0).dispersive(0.1)] {
@@ -301,7 +302,7 @@ fn each_colour_goes_its_own_way() {
     }
 }
 
-/// Glass without dispersion in a kernel that has it: the values are those of a kernel that has not.
+/// Glass without dispersion in a kernel that has it: the values are those of a kernel without it.
 #[test]
 fn no_spread_is_no_dispersion() {
     let plain = BsdfProbe::full();
@@ -341,7 +342,7 @@ fn reciprocity() {
             if wo.z < 0.05 || wi.z.abs() < 0.05 {
                 continue;
             }
-            // Seen from the other side, up is down.
+            // From the other side, up is down.
             let flip = Vec3::new(1.0, 1.0, wi.z.signum());
             there.push(Material { wo: wo.into(), ..kind });
             wis.push(wi.into());

@@ -6,7 +6,7 @@ use surelight_scene::Scene;
 
 use crate::{
     caustics::NOTHING_SMOOTH,
-    clip::ClippedRays,
+    clip::ActiveClipPlanes,
     kernel_key::{Estimator, KernelKey, Part},
     light_flow::LightFlow,
     materials::PreparedMaterial,
@@ -68,7 +68,7 @@ pub(crate) fn choose(
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.
-pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: ClippedRays) -> Option<&'static str> {
+pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: ActiveClipPlanes) -> Option<&'static str> {
     if key.has(Part::Volume) && cut.medium {
         return Some("the camera's near plane cuts an absorbing medium");
     }

@@ -18,7 +18,7 @@ const MAX_TRIANGLES: u64 = 1 << 26;
 
 /// The planes at which a camera's clipping removes surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ClippedRays {
+pub struct ActiveClipPlanes {
     /// The near plane cuts something.
     pub near: bool,
     /// The far plane does.
@@ -27,7 +27,7 @@ pub struct ClippedRays {
     pub medium: bool,
 }
 
-impl ClippedRays {
+impl ActiveClipPlanes {
     /// Whether anything is cut.
     pub fn any(self) -> bool {
         self.near || self.far
@@ -56,7 +56,7 @@ pub(super) struct Planes {
 
 impl Planes {
     /// Those of a camera; none where they clip nothing.
-    pub(super) fn new(camera: &Camera, cut: ClippedRays) -> Self {
+    pub(super) fn new(camera: &Camera, cut: ActiveClipPlanes) -> Self {
         let axes = camera.to_world.matrix3;
         let normal = axes.y_axis.cross(axes.x_axis).normalize_or_zero();
         let ClipRange { near, far } = if cut.any() { camera.clip } else { ClipRange::NONE };
@@ -97,7 +97,7 @@ impl Frustum {
         let basis = DMat3::from_cols(axes.x_axis, axes.y_axis, forward);
         let inverse = basis.inverse();
         let eye = camera.to_world.translation;
-        let planes = Planes::new(camera, ClippedRays { near: true, ..ClippedRays::default() });
+        let planes = Planes::new(camera, ActiveClipPlanes { near: true, ..ActiveClipPlanes::default() });
         let cosine = forward.dot(planes.normal);
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         // Half the picture's height at a distance s is `slope`·s + `base`. A lens of radius r in
@@ -129,9 +129,9 @@ impl Frustum {
         (frustum.to_camera.is_finite() && cosine > 0.0).then_some(frustum)
     }
 
-    fn cut(&self, scene: &Scene) -> ClippedRays {
+    fn cut(&self, scene: &Scene) -> ActiveClipPlanes {
         let boxes: Vec<Option<[DVec3; 8]>> = scene.meshes.iter().map(corners).collect();
-        let mut cut = ClippedRays::default();
+        let mut cut = ActiveClipPlanes::default();
         let mut tested = 0;
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
@@ -161,7 +161,7 @@ impl Frustum {
                     break;
                 }
                 if tested >= MAX_TRIANGLES {
-                    return ClippedRays { near: true, far: true, medium: true };
+                    return ActiveClipPlanes { near: true, far: true, medium: true };
                 }
             }
         }

@@ -54,7 +54,7 @@ mod view;
 pub use batches::Batches;
 pub use blueprint::Blueprint;
 pub use choice::may_have_caustics;
-pub use clip::ClippedRays;
+pub use clip::ActiveClipPlanes;
 pub use compose::{Composed, Constant, compose, compose_modules, compose_with, path_kernel, shader_modules};
 pub use error::{PrepareError, Source};
 pub use images::IMAGE_WIDTH;

@@ -15,9 +15,11 @@ pub(super) struct Facet {
     pub(super) other: Option<usize>,
 }
 
-/// How far a fourth corner may be from where a parallelogram has it: in roundings of the corners' coordinates ...
+/// How far a fourth corner may be from where a parallelogram has it: in roundings of the corners'
+/// coordinates ...
 const ROUNDINGS: f32 = 4.0 * f32::EPSILON;
-/// ... and as a share of the shorter side. It is also the share of its light that could be sampled twice or not at all.
+/// ... and as a share of the shorter side. It is also the share of its light that could be sampled
+/// twice or not at all.
 const SHARE: f32 = 1e-5;
 
 /// Triangles as they come, each alone.
@@ -25,8 +27,9 @@ pub(super) fn alone(count: usize) -> Vec<Facet> {
     (0..count).map(|triangle| Facet { triangle, corner: 0, other: None }).collect()
 }
 
-/// Joins triangles in pairs, those with the longest common edges first, which leaves a mesh of rectangles as it was made. Both
-/// triangles of a pair face the same side. Pieces come in the order of their first triangles.
+/// Joins triangles in pairs, those with the longest common edges first, which leaves a mesh of
+/// rectangles as it was made. Both triangles of a pair face the same side. Pieces come in the order
+/// of their first triangles.
 pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Facet> {
     // −0 is 0.
     let bits = |p: Vec3| p.to_array().map(|x| (x + 0.0).to_bits());

@@ -11,7 +11,7 @@ use crate::{
     casters,
     caustics::Caustics,
     choice::{choose, least_interreflection, may_reuse_paths, refusal},
-    clip::{ClippedRays, Planes},
+    clip::{ActiveClipPlanes, Planes},
     compose::Constant,
     environment::EnvironmentTable,
     error::PrepareError,
@@ -26,7 +26,7 @@ use crate::{
     reflect::RecordLayout,
     settings::{Integrator, PathReuse, Settings},
     textures::Textures,
-    unreachable::{self, ProbeRays, Unreachable},
+    unreachable::{self, CameraRays, Unreachable},
     view::View,
 };
 
@@ -39,7 +39,7 @@ pub struct Prepared {
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
     /// The clipping planes that remove surfaces.
-    pub cut: ClippedRays,
+    pub cut: ActiveClipPlanes,
     /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
     pub integrator: Integrator,
     /// Why [`Integrator::Auto`] chose it.
@@ -83,7 +83,7 @@ impl Prepared {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &settings.build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
-            let cut = ClippedRays::find(scene, camera, settings);
+            let cut = ActiveClipPlanes::find(scene, camera, settings);
             let work = tables.blueprint(scene, camera, settings, &used, cut).map(|blueprint| work(&blueprint));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, cut, work)
         });
@@ -173,7 +173,7 @@ impl Prepared {
         let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
             _ => {
-                let eye = caustics.is_some().then(|| ProbeRays::new(camera, &view, planes));
+                let eye = caustics.is_some().then(|| CameraRays::new(camera, &view, planes));
                 unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
@@ -328,7 +328,7 @@ impl Tables {
         camera: &Camera,
         settings: &Settings,
         used: &BTreeSet<usize>,
-        cut: ClippedRays,
+        cut: ActiveClipPlanes,
     ) -> Result<Blueprint, PrepareError> {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),

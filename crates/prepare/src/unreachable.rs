@@ -118,7 +118,7 @@ impl Display for Percent {
 
 /// Findings of the light-flow analysis about the lights. `eye`: the camera's rays, where light is
 /// traced from the lights.
-pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&ProbeRays>) -> Vec<Unreachable> {
+pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&CameraRays>) -> Vec<Unreachable> {
     let name = |&i: &usize| {
         let name = &scene.lights[i].name;
         if name.is_empty() { format!("light {i}") } else { format!("'{name}'") }
@@ -178,7 +178,7 @@ pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 
 /// Rays of the picture's middle, right and upper edge, camera space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ProbeRays {
+pub(super) struct CameraRays {
     origin: DVec3,
     forward: DVec3,
     right: DVec3,
@@ -187,7 +187,7 @@ pub(super) struct ProbeRays {
     planes: Planes,
 }
 
-impl ProbeRays {
+impl CameraRays {
     pub(super) fn new(camera: &Camera, view: &View, planes: Planes) -> Self {
         let [origin, forward, right, up] =
             [view.origin, view.forward, view.right, view.up].map(|v| Vec3::from(v).as_dvec3());
@@ -221,7 +221,7 @@ impl SpecularWalk<'_> {
     }
 
     /// The share of the picture in which light continues unscattered.
-    fn seen(&self, eye: &ProbeRays) -> f64 {
+    fn seen(&self, eye: &CameraRays) -> f64 {
         let share = |i: u32| {
             let u = point(i, RAYS) * 2.0 - 1.0;
             let across = eye.right * u.x + eye.up * u.y;

@@ -16,7 +16,7 @@ use surelight_bench::{
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_render::{ClippedRays, Device, Settings, may_have_caustics};
+use surelight_render::{ActiveClipPlanes, Device, Settings, may_have_caustics};
 
 use crate::error::Error;
 use crate::parse::Size;
@@ -134,7 +134,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
         focus: view.lens.map(|lens| lens.focus),
         ..Settings::new(view.size.width, view.size.height)
     };
-    warnings.extend(camera::cut_warning(&view.camera, ClippedRays::find(&scene, &view.camera, &settings)));
+    warnings.extend(camera::cut_warning(&view.camera, ActiveClipPlanes::find(&scene, &view.camera, &settings)));
     let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
     let stem = if stem.is_empty() { "scene".to_owned() } else { stem };
     let mut name = stem.clone();

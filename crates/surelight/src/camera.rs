@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_render::ClippedRays;
+use surelight_render::ActiveClipPlanes;
 use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use crate::error::Error;
@@ -65,7 +65,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
 }
 
 /// A warning where the camera's clipping planes cut something off the picture.
-pub(crate) fn cut_warning(camera: &Camera, cut: ClippedRays) -> Option<String> {
+pub(crate) fn cut_warning(camera: &Camera, cut: ActiveClipPlanes) -> Option<String> {
     let ClipRange { near, far } = camera.clip;
     let what = match (cut.near, cut.far) {
         (true, true) => format!("nearer than znear = {near} m and farther than zfar = {far} m"),
@@ -175,10 +175,10 @@ mod tests {
         let view = |clip| choose(&scene, Path::new("x.glb"), &CameraArgs { clip, ..args() }, None).unwrap();
         assert_eq!(view(Clip::On).camera.clip, clip);
         assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
-        let cut = ClippedRays { near: true, ..ClippedRays::default() };
+        let cut = ActiveClipPlanes { near: true, ..ActiveClipPlanes::default() };
         let text = cut_warning(&scene.cameras[0], cut).unwrap();
         assert_eq!(text, "camera \"a\" does not show surfaces nearer than znear = 2 m (--clip off shows them)");
-        assert_eq!(cut_warning(&scene.cameras[0], ClippedRays::default()), None);
+        assert_eq!(cut_warning(&scene.cameras[0], ActiveClipPlanes::default()), None);
     }
 
     #[test]

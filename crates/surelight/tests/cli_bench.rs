@@ -1,4 +1,5 @@
-//! `surelight bench` from end to end on a tiny scene: the report, its data, resuming, Ctrl-C, comparing, what is refused.
+//! `surelight bench` from end to end on a tiny scene: the report, its data, resuming, Ctrl-C,
+//! comparing, refused options.
 
 mod common;
 
@@ -93,7 +94,7 @@ fn a_report_is_whole_and_its_data_are_right() {
         assert!(number("dispatch_s") >= 0.999 * number("device_s") && number("wall_s") >= number("dispatch_s"));
     }
 
-    // What the page computes is computed from the rows.
+    // The page is computed from the rows.
     let data = read_data(&folder.path("report/data.json")).unwrap();
     let scene = &data.scenes[0];
     assert_eq!((scene.rows.len(), scene.methods.len()), (rows.len(), 2));
@@ -101,7 +102,8 @@ fn a_report_is_whole_and_its_data_are_right() {
     for (row, line) in scene.rows.iter().zip(&rows) {
         assert!((row.rel_mse - line[column("rel_mse")].parse::<f64>().unwrap()).abs() <= 1e-6 * row.rel_mse.abs());
     }
-    // Independent samples converge as N^−½; with other seeds the slope was −0.494, −0.504, −0.494, each ± 0.015.
+    // Independent samples converge as N^−½; with other seeds the slope was −0.494, −0.504, −0.494,
+    // each ± 0.015.
     let slope = scene.slope(0).unwrap();
     assert!((slope.value + 0.5).abs() < 0.05 && slope.high - slope.low < 0.1, "{slope:?}");
     // Whitted's has a floor.
@@ -134,7 +136,8 @@ fn resuming_measures_only_missing_trials() {
             .iter()
             .find(|r| old["method"] == r.method && old["repeat"] == r.repeat && old["spp"] == r.spp)
             .unwrap();
-        // The same samples and reference, whenever they are traced; times stay where nothing was done again.
+        // The same samples and reference, whenever they are traced; times stay where nothing was
+        // done again.
         assert!((new.rel_mse / old["rel_mse"].as_f64().unwrap() - 1.0).abs() < 1e-6);
         let redone = (new.method, new.repeat) == (1, 1);
         assert!(redone || old["wall_seconds"] == new.wall_seconds);
@@ -219,7 +222,7 @@ fn shared_paths_can_be_raced() {
     let [alone, shared] = ["mis/sobol", "mis/sobol, shared paths"];
     let [alone_once, shared_once] = [alone, shared].map(|name| format!("{name} ≤ 1 bounce"));
     assert_eq!(raced, [(&*alone_once, "off"), (&*shared_once, "on"), (alone, "off"), (shared, "on")]);
-    // Light of one bounce comes from lamps alone.
+    // Light of one bounce is from lamps alone.
     let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
     assert_eq!(output, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
     // Where they are shared, more rays are walked for as many paths.

@@ -1,4 +1,4 @@
-//! `compare` tells renders of one scene from those of another estimator, and says so by its exit code.
+//! `compare` distinguishes renders of one scene from those of another estimator, by its exit code.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn renders() -> Folder {
 fn two_seeds_agree_and_whitted_does_not() {
     let folder = renders();
     let same = folder.run("compare a.exr b.exr").succeeded();
-    for words in ["mean ", "RMSE ", "relMSE ", "SMAPE ", "FLIP ", "the same", "would have been seen"] {
+    for words in ["mean ", "RMSE ", "relMSE ", "SMAPE ", "FLIP ", "the same", "would have been detected"] {
         assert!(same.stdout.contains(words), "{words:?} is missing: {same:#?}");
     }
     let json: Value = serde_json::from_str(&folder.run("compare a.exr b.exr --json").succeeded().stdout).unwrap();
@@ -26,7 +26,7 @@ fn two_seeds_agree_and_whitted_does_not() {
     assert_eq!((&verdict["differ"], &verdict["tiles"], &json["pixels"]), (&false.into(), &4.into(), &1024.into()));
     // Else "the same" would say nothing.
     let detectable = verdict["detectable"].as_f64().unwrap();
-    assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be seen");
+    assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be detected");
     assert!(json["mean_relative"].as_f64().unwrap().abs() < detectable, "{json}");
     assert_eq!(json["notes"], Value::Array(vec![]));
     assert_eq!((&verdict["outcome"], &json["plan"]), (&"same".into(), &Value::Null));
@@ -48,7 +48,8 @@ fn two_seeds_agree_and_whitted_does_not() {
     );
     let map = image::open(folder.path("map.png")).unwrap().to_rgb8();
     assert_eq!((map.width(), map.height()), (32, 32));
-    // Without light between surfaces most of the box is darker: the cool arm has more blue than red.
+    // Without light between surfaces most of the box is darker: the cool arm has more blue than
+    // red.
     let darker = map.pixels().filter(|p| p[2] > p[0]).count();
     assert!(darker > 512, "{darker} of 1024 pixels are shown as darker");
 

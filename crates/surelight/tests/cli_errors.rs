@@ -65,7 +65,7 @@ fn files_other_than_gltf_are_reported() {
     assert_eq!(folder.files(), ["a.glb", "a.gltf", "folder.glb"]);
 }
 
-/// Files of other kinds are named by what they are, scenes and environments.
+/// Messages name the kind of other files, for scenes and environments.
 #[test]
 fn files_of_the_wrong_kind_are_recognised() {
     let folder = Folder::new();
@@ -151,7 +151,7 @@ fn a_missing_image_is_a_warning_and_a_missing_buffer_an_error() {
     let summary: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     let warnings = summary["warnings"].to_string();
     assert!(warnings.contains("wood.png"), "{warnings}");
-    // No camera and no light in that file: both are told.
+    // No camera and no light in that file: both are reported.
     assert!(warnings.contains("camera") && warnings.contains("sky"), "{warnings}");
 }
 
@@ -168,7 +168,8 @@ fn outputs_are_checked_before_rendering() {
     assert_eq!(folder.files(), ["b.exr"]);
 }
 
-/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every command.
+/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every
+/// command.
 #[test]
 fn textures_outside_the_scenes_folder_need_permission() {
     let folder = Folder::new();
@@ -256,13 +257,14 @@ fn no_adapter_is_reported_with_the_remedy() {
     assert!(folder.files().is_empty());
 }
 
-/// A file-size limit stands in for a full disk: the image does not fit, and nothing of it stays.
+/// A file-size limit replaces a full disk: the image does not fit, and nothing of it stays.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_nothing_behind() {
     let folder = Folder::new();
     let output = std::process::Command::new("sh")
-        // 512-byte blocks; a size limit also raises SIGXFSZ, which must be ignored to see the error.
+        // 512-byte blocks; a size limit also raises SIGXFSZ, which must be ignored to see the
+        // error.
         .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_surelight")])
         .arg(cornell_box())
         .args(["--size", "64x64", "--spp", "1", "--quiet", "-o", "a.exr"])
@@ -275,8 +277,7 @@ fn a_full_disk_leaves_nothing_behind() {
 }
 
 /// An image that fails costs neither those after it nor the samples, and the error says what is
-/// saved.
-/// The device that is always full takes the place of a full disk.
+/// saved. /dev/full replaces a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_output_that_fails_does_not_cost_the_others() {
@@ -292,7 +293,7 @@ fn one_output_that_fails_does_not_cost_the_others() {
     let saved = fs::read(folder.path("b.exr")).unwrap();
     assert!(image::open(folder.path("a.png")).is_ok());
 
-    // With room made, what is left to do is to write: no sample is taken again.
+    // With space available, only writing remains: no sample is taken again.
     fs::remove_file(folder.path("full.exr")).unwrap();
     folder.run(&format!("{line} --resume")).succeeded();
     assert_eq!(folder.files(), ["a.png", "b.exr", "full.exr"]);

@@ -23,7 +23,7 @@ fn run(folder: &Folder, line: &str, input: &[u8]) -> Output {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut pipe = child.stdin.take().unwrap();
     let input = input.to_owned();
-    // What is refused early closes the pipe.
+    // An early refusal closes the pipe.
     let writer = std::thread::spawn(move || _ = pipe.write_all(&input));
     let output = child.wait_with_output().unwrap();
     writer.join().unwrap();
@@ -84,7 +84,7 @@ fn a_closed_pipe_is_one_sentence() {
         shell.args(["-c", &line, env!("CARGO_BIN_EXE_surelight")]).arg(cornell_box());
         let ran = Ran::from(shell.current_dir(folder.path("")).output().unwrap());
         ran.failed_with(&["standard output could not be written", "has ended"]);
-        assert_eq!(folder.files(), left, "what else is asked for is written");
+        assert_eq!(folder.files(), left, "the other outputs are written");
     }
 }
 
@@ -131,8 +131,7 @@ fn scenes_come_from_standard_input() {
     assert!(ran.status.success() && ran.stdout == fs::read(folder.path("stdin.exr")).unwrap());
 }
 
-/// What is no scene is refused without reading on; nothing beside the program's folder is a part of
-/// what comes through a pipe.
+/// A stream that is no scene is refused without reading on; a scene from a pipe refers to no files.
 #[test]
 fn scenes_from_standard_input_must_be_whole() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Wrong usage is told with exit code 2, help and version with 0; neither touches a scene or a device.
+//! Wrong usage has exit code 2, help and version with 0; neither touches a scene or a device.
 
 mod common;
 

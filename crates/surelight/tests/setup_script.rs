@@ -1,4 +1,4 @@
-//! `setup.sh` on machines that it has not seen: its tools are replaced by scripts that write down what they are asked.
+//! `setup.sh` on simulated machines: its tools are replaced by scripts that record their arguments.
 
 #![cfg(target_os = "linux")]
 
@@ -13,7 +13,8 @@ struct Machine {
 }
 
 impl Machine {
-    /// With these package managers, a plain user and sudo; no Vulkan loader yet, which any installation brings.
+    /// With these package managers, a plain user and sudo; no Vulkan loader yet, which any
+    /// installation provides.
     fn new(managers: &[&str]) -> Self {
         let machine = Self { folder: tempfile::tempdir().unwrap() };
         fs::create_dir(machine.path("bin")).unwrap();

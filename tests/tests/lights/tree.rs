@@ -12,8 +12,8 @@ use surelight_tests::scenes::{add, emitter, look_at, pinhole};
 
 use crate::lamps::POINT;
 
-/// Forty-eight triangles of a spiral, a third of them shining to both sides, some very bright, and a cluster of 40 in one
-/// place.
+/// Forty-eight triangles of a spiral, a third of them shining to both sides, some very bright, and
+/// a cluster of 40 in one place.
 fn many() -> Scene {
     let mut scene = Scene { name: "many".into(), ..Scene::default() };
     for k in 0..48 {
@@ -24,7 +24,7 @@ fn many() -> Scene {
         let material = emitter([if k % 5 == 0 { 50.0 } else { 1.0 }; 3]);
         add(&mut scene, shape, Material { double_sided: k % 3 == 0, ..material });
     }
-    // Something glossy, so that the tree looks at that, too.
+    // A glossy surface, so that the tree uses the mirrored direction, too.
     let shiny = Material { roughness: 0.3, ..Material::default() };
     add(&mut scene, Shape::parallelogram(DVec3::Z * -50.0, DVec3::X, DVec3::Y), shiny);
     add(&mut scene, Shape::icosphere(1).placed(0.1, DVec3::new(1.0, 0.5, -0.5)), emitter([2.0; 3]));
@@ -32,7 +32,8 @@ fn many() -> Scene {
     scene
 }
 
-/// Places that ask the tree: within the spiral, on a light, in the cluster, far away; facing anywhere, dull and glossy.
+/// Receivers that query the tree: within the spiral, on a light, in the cluster, far away; facing
+/// anywhere, dull and glossy.
 fn receivers() -> Vec<Query> {
     let mut random = Random::new(3);
     let mut receivers = Vec::new();
@@ -48,8 +49,9 @@ fn receivers() -> Vec<Query> {
     receivers
 }
 
-/// Wherever it is asked for, a tree's choice of a light follows the probabilities that it tells, which add up to one, are
-/// positive, and are the same from either end: from the descent that chooses, and from the light that a direction met.
+/// At every receiver, a tree's choice of a light follows its stated probabilities, which add up to
+/// one, are positive, and are the same from either end: from the descent that chooses, and from the
+/// light that a direction hit.
 #[test]
 fn light_tree_choices_follow_its_probabilities() {
     let prepared = prepare(&many(), &Settings::new(8, 8));
@@ -87,7 +89,8 @@ fn light_tree_choices_follow_its_probabilities() {
     }
 }
 
-/// The ends of the range of choices give lights; and samples of the whole table carry the tree's probability.
+/// The ends of the range of choices give lights; and samples of the whole table carry the tree's
+/// probability.
 #[test]
 fn a_trees_samples_are_whole() {
     let mut scene = many();

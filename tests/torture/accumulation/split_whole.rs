@@ -1,5 +1,5 @@
-//! Case 41: samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
-//! are the same; with another seed they are not.
+//! Case 41: samples are a pure function of pixel, batch, index and seed: however a render is cut
+//! into passes, dispatches and tiles, its bits are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
 use surelight_render::{Instrument, Prepared, Renderer, Settings};
@@ -97,7 +97,8 @@ fn however_often_rays_are_walked() {
     assert!(repeating.counts.device_seconds <= repeating.counts.trace_seconds * 1.001);
 }
 
-/// Pixels are known by their number in the whole picture: crops trace these alone, and put together they are the whole.
+/// Pixels are known by their number in the whole picture: crops trace these alone, and put together
+/// they are the whole.
 #[test]
 fn split_whole_by_crops() {
     let prepared = cornell(7);

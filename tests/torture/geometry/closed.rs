@@ -31,14 +31,14 @@ fn watertight_inside() {
     }
     println!("{rays} rays, light in {pixels} pixels");
     assert_eq!(pixels, 0, "light comes into a closed ball");
-    // A single triangle less, and it would be seen.
+    // A single missing triangle is detected.
     let mut open = geometry::watertight_inside(DVec3::ZERO);
     let (ahead, mesh) = (-open.cameras[0].to_world.translation.as_vec3(), &mut open.meshes[0]);
     let along = |t: &[u32; 3]| t.iter().map(|&i| mesh.positions[i as usize]).sum::<Vec3>().dot(ahead);
     let seen =
         (0..mesh.triangles.len()).max_by(|&a, &b| along(&mesh.triangles[a]).total_cmp(&along(&mesh.triangles[b])));
     mesh.triangles.remove(seen.expect("it has triangles"));
-    assert!(primary_hits(&open, 1).1 > 0, "a hole is not seen");
+    assert!(primary_hits(&open, 1).1 > 0, "a hole is not detected");
 }
 
 #[test]

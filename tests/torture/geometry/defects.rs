@@ -9,7 +9,7 @@ use surelight_scenes::{
 };
 use surelight_tests::render::{all, bits, pooled, prepare, render, trace};
 
-/// The bits of a picture, and what the BVH left out.
+/// The bits of a picture, and the counts of skipped triangles.
 fn picture(scene: &Scene) -> (Vec<[u64; 3]>, Skipped) {
     let prepared = prepare(scene, &Settings::new(32, 32));
     (bits(&trace(&prepared, [32, 32], 2, 8)), prepared.accel.skipped)
@@ -40,7 +40,8 @@ fn degenerate() {
     }
 }
 
-/// Whichever twin a ray meets, it is one surface: in the same place, with the same samples, bit for bit.
+/// Whichever copy a ray hits, it is one surface: in the same place, with the same samples, bit for
+/// bit.
 #[test]
 fn coplanar_twins() {
     let film = |twins| render(&geometry::coplanar_twins(twins), &Settings::new(32, 32), 4, 16);
@@ -51,9 +52,10 @@ fn coplanar_twins() {
     assert_eq!(differ, 0, "pixels differ where surfaces are there twice");
 }
 
-/// A known issue: a lamp that is there twice. A ray meets one of the twins, but either may be sampled as a light, and each then brings
-/// all of its light: sampled lights say up to twice what directions find. Which is right is no question of rendering; that both
-/// estimators should say the same is. When this fails, twins among lights have been told apart: make it part of `coplanar_twins`.
+/// A known issue: a duplicated lamp. A ray hits one of the copies, but either may be sampled as a
+/// light, and each then contributes all of its light: light sampling gives up to twice the radiance
+/// of directions. Both estimators should agree, whichever is right. When this test fails,
+/// duplicated lights are handled: make it part of `coplanar_twins`.
 #[test]
 fn coplanar_duplicate_lamps_are_a_known_issue() {
     let film = |integrator, seed| {
@@ -63,5 +65,5 @@ fn coplanar_duplicate_lamps_are_a_known_issue() {
     };
     let (area, hemisphere) = (film(Integrator::Area, 1), film(Integrator::default_hemisphere(), 2));
     println!("a lamp that is there twice: {area:.4} by points on it, {hemisphere:.4} by directions");
-    assert!(area > 1.5 * hemisphere, "twins among lamps no longer shine twice: {area} and {hemisphere}");
+    assert!(area > 1.5 * hemisphere, "duplicated lamps no longer contribute twice: {area} and {hemisphere}");
 }

@@ -4,7 +4,8 @@ use surelight_render::Settings;
 use surelight_scenes::torture::numeric;
 use surelight_tests::render::{all, render, ulps};
 
-/// A convex Lambertian body under a uniform sky reflects once: each sample that meets it is ρ·L, each other L.
+/// A convex Lambertian body under a uniform sky reflects once: each sample that hits it is ρ·L,
+/// each other L.
 #[test]
 fn zero_variance_furnace() {
     let (rho, sky) = (numeric::FURNACE_REFLECTANCE, numeric::FURNACE_SKY);
@@ -21,7 +22,7 @@ fn zero_variance_furnace() {
         }
         // The ball's outline, an ellipse of about 0.5/(4·tan 20°) of the picture's side in radius.
         let share = met as f64 / film.pixels().len() as f64;
-        println!("{share:.3} of all samples meet the ball");
-        assert!((0.3..0.5).contains(&share), "{share} of all samples meet the ball");
+        println!("{share:.3} of all samples hit the ball");
+        assert!((0.3..0.5).contains(&share), "{share} of all samples hit the ball");
     }
 }

@@ -1,4 +1,4 @@
-//! Torture cases 20 to 26: what is sampled, and what error bars make of it.
+//! Torture cases 20 to 26: sampling, and error bars.
 
 mod adaptive;
 mod chi2;

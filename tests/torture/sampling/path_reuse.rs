@@ -1,6 +1,7 @@
 //! Pixels that use each other's paths see the same picture, with less noise.
 //!
-//! Their errors are not independent within 2×2 pixels, so that what is compared are means of pictures over independent seeds.
+//! Their errors are not independent within 2×2 pixels, so that means of pictures over independent
+//! seeds are compared.
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
@@ -56,7 +57,8 @@ fn estimate(values: impl Iterator<Item = f64> + Clone) -> Estimate {
     Estimate { mean, variance: squares / (n * (n - 1.0)), dof: n - 1.0 }
 }
 
-/// Relative variance over pictures, of the median pixel: edges and lamps, where nothing is shared, have most of the sum.
+/// Relative variance over pictures, of the median pixel: edges and lamps, where nothing is shared,
+/// have most of the sum.
 fn relative_variance(pictures: &[Film]) -> f64 {
     let of = |i| {
         let pixel = estimate(pictures.iter().map(|film| film.mean(i)[1]));
@@ -67,7 +69,7 @@ fn relative_variance(pictures: &[Film]) -> f64 {
     relative[relative.len() / 2]
 }
 
-/// Means are the same; the variance is less than `ratio` of that of pixels apart.
+/// Means are the same; the variance is less than `ratio` of that without path reuse.
 fn check(scene: &Scene, samples: u32, power: f64, ratio: f64) {
     const SEEDS: u32 = 32;
     let apart = pictures(scene, false, 0..SEEDS, 2, samples);
@@ -88,16 +90,16 @@ fn check(scene: &Scene, samples: u32, power: f64, ratio: f64) {
             );
             if part == 4 {
                 println!(
-                    "{}, channel {channel}: off by {relative:+.1e}, p {:.2}, {detectable:.1e} would be seen",
+                    "{}, channel {channel}: off by {relative:+.1e}, p {:.2}, {detectable:.1e} would be detected",
                     scene.name, test.p
                 );
-                assert!(detectable < power, "{}: only {detectable:.1e} would be seen", scene.name);
+                assert!(detectable < power, "{}: only {detectable:.1e} would be detected", scene.name);
             }
         }
     }
     let found = relative_variance(&joint) / relative_variance(&apart);
-    println!("{}: variance {found:.3} of that of pixels apart", scene.name);
-    assert!(found < ratio, "{}: variance {found} of that of pixels apart", scene.name);
+    println!("{}: variance {found:.3} of that without path reuse", scene.name);
+    assert!(found < ratio, "{}: variance {found} of that without path reuse", scene.name);
 }
 
 #[test]
@@ -110,8 +112,8 @@ fn neighbours_agree_about_gloss() {
     check(&forms::lamp(), 16, 0.01, 0.95);
 }
 
-/// A wall before the near plane hides nothing; half of the box lies beyond the far plane, and lights
-/// the rest.
+/// A wall before the near plane hides nothing; half of the box lies beyond the far plane, and
+/// lights the rest.
 #[test]
 fn neighbours_agree_about_what_a_near_plane_leaves() {
     let mut scene = surelight_scenes::cornell_box::cornell_box();
@@ -170,7 +172,7 @@ fn veils() -> Scene {
     scene
 }
 
-/// Coverage by chance must be the same for all that look at a point.
+/// Stochastic coverage must be the same for all rays that hit a point.
 #[test]
 fn neighbours_agree_about_veils() {
     check(&veils(), 16, 0.02, 0.95);
@@ -205,7 +207,8 @@ fn neighbours_agree_about_leaning_normals() {
     check(&scene, 16, 0.02, 0.95);
 }
 
-/// Squares lie on a grid from the image's corner, so that a crop with odd sides has the whole picture's pixels, bit for bit.
+/// Squares lie on a grid from the image's corner, so that a crop with odd sides has the whole
+/// picture's pixels, bit for bit.
 #[test]
 fn crops_have_the_pixels_of_the_whole() {
     let settings = Settings { path_reuse: PathReuse::On, ..Settings::new(37, 21) };

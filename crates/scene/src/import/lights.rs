@@ -113,7 +113,8 @@ fn kind(json: &LightJson, placed: &PlacedNode, place: &str, warnings: &mut Warni
                 spot.and_then(|s| s.inner_cone_angle).unwrap_or(0.0),
                 spot.and_then(|s| s.outer_cone_angle).unwrap_or(FRAC_PI_4),
             );
-            // As f32 the inner angle must still be below the outer one: the falloff divides by their cosines' difference.
+            // As f32 the inner angle must still be below the outer one: the falloff divides by
+            // their cosines' difference.
             let outer = stated.1.clamp(1e-3, FRAC_PI_2);
             let inner = stated.0.clamp(0.0, outer * (1.0 - 1e-4));
             if (inner - stated.0).abs() > 1e-3 || (outer - stated.1).abs() > 1e-3 {

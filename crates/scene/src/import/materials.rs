@@ -1,4 +1,5 @@
-//! Materials: the core metallic-roughness model; [`super::material_extensions`] and [`super::material_layers`] add the rest.
+//! Materials: the core metallic-roughness model; [`super::material_extensions`] and
+//! [`super::material_layers`] add the rest.
 
 use super::document::{Document, Int, MaterialJson};
 use super::material_draft::{MaterialDraft, Reader};
@@ -59,7 +60,8 @@ fn alpha_mode(json: &MaterialJson, reader: &mut Reader) -> AlphaMode {
     }
 }
 
-/// The index of a primitive's material, or `None` for the default one; an index out of range is a warning.
+/// The index of a primitive's material, or `None` for the default one; an index out of range is a
+/// warning.
 pub(crate) fn index_of(
     document: &Document,
     material: Option<Int>,

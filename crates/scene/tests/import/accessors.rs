@@ -1,4 +1,5 @@
-//! Accessors: every component type, strides, sparse parts, implied zeros, and everything out of range.
+//! Accessors: every component type, strides, sparse parts, implied zeros, and everything out of
+//! range.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;

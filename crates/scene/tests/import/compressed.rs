@@ -11,13 +11,14 @@ use crate::geometry_extensions::{asset, equals_its_counterpart, loaded};
 
 #[test]
 fn draco_equals_the_plain_file() {
-    // Encoded by Google's Draco; the plain twin is what Draco itself decodes.
+    // Encoded by Google's Draco; the plain counterpart is decoded by Draco itself.
     equals_its_counterpart(&loaded(&asset("draco.glb")));
 }
 
 #[test]
 fn basis_textures_are_their_gradients() {
-    // 4 × 4 blocks of one colour each: red grows to the right, green downwards, blue is 64. Lossy, so near.
+    // 4 × 4 blocks of one colour each: red grows to the right, green downwards, blue is 64. Lossy,
+    // so near.
     let scene = loaded(&asset("basisu.glb"));
     for (image, most) in scene.images.iter().zip([8, 2]) {
         assert_eq!((image.width, image.height), (16, 16));
@@ -70,7 +71,7 @@ fn the_counts_of_a_draco_stream_hold() {
     // Even where the accessors disagree with each other.
     let gltf = draco(|gltf| gltf.json["accessors"][1]["count"] = json!(7));
     assert_eq!(gltf.load().warnings, Vec::<String>::new());
-    // What is not in the stream must go with it.
+    // Accessors that are not in the stream are removed with it.
     draco(|gltf| {
         let extension = &mut gltf.primitive()["extensions"]["KHR_draco_mesh_compression"];
         extension["attributes"] = json!({"NORMAL": 1, "TEXCOORD_0": 0});
@@ -117,8 +118,8 @@ fn watch_decoders() {
     });
 }
 
-/// Loads `name` with random bytes after `begin` changed; how often it is refused or warned of. Nothing may panic, not even
-/// where that is caught.
+/// Loads `name` with random bytes after `begin` changed; how often it is refused or warned of.
+/// Nothing may panic, not even where that is caught.
 fn mutate(name: &str, begin: usize, length: usize, rounds: usize) -> usize {
     watch_decoders();
     let whole = asset(name);

@@ -1,4 +1,4 @@
-//! KHR_mesh_quantization, EXT_mesh_gpu_instancing and meshopt: each equals its plain twin.
+//! KHR_mesh_quantization, EXT_mesh_gpu_instancing and meshopt: each equals its plain counterpart.
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ fn a_quantised_mesh_equals_its_float_counterpart() {
         let t = gltf.accessor(&floats(&[-3., 5., 0., 120., 7., -128., 1., 1.]), FLOAT, "VEC2", 4);
         json!({"POSITION": p, "NORMAL": n, "TEXCOORD_0": t})
     });
-    // Bytes and shorts as they stand, three of them padded to four.
+    // Bytes and shorts as stored, three of them padded to four.
     let bytes = square(|gltf| {
         let p = gltf.view(&signed(&[0, 0, -2, 0, 100, 0, 7, 0, 100, 50, 1, 0, 0, 50, 0, 0]));
         let n = gltf.view(&signed(&[0, 0, 127, 0, 127, 0, 0, 0, 0, -127, 0, 0, 0, 0, 127, 0]));
@@ -151,7 +151,7 @@ fn broken_instances_are_refused_and_limited() {
     assert!(message.contains("node 0 has 3 instances"), "{message}");
 }
 
-/// Compressed meshes equal the plain ones that stand beside them in the file.
+/// Compressed meshes equal the plain ones beside them in the file.
 #[track_caller]
 pub(crate) fn equals_its_counterpart(scene: &Scene) {
     let half = scene.meshes.len() / 2;
@@ -177,7 +177,8 @@ pub(crate) fn equals_its_counterpart(scene: &Scene) {
 
 #[test]
 fn meshopt_equals_the_plain_file() {
-    // Encoded by meshoptimizer 0.30: vertex codec 0 and 1, triangles, index sequences, octahedral and exponential filters.
+    // Encoded by meshoptimizer 0.30: vertex codec 0 and 1, triangles, index sequences, octahedral
+    // and exponential filters.
     for name in ["meshopt-ext.glb", "meshopt-khr.glb"] {
         equals_its_counterpart(&loaded(&asset(name)));
     }

@@ -51,12 +51,12 @@ fn brightest(radiance: [f32; 3]) -> usize {
 
 #[test]
 fn faces_are_where_a_camera_at_the_origin_sees_them() {
-    // Left column red, right column green; a blue top row for the faces that are seen upright.
+    // Left column red, right column green; a blue top row for the upright faces.
     let upright = [BLUE, BLUE, RED, GREEN];
     let scene = lit([upright; 6], json!({})).load();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert_eq!((map(&scene).0.width, map(&scene).0.height), (8, 4));
-    // Looking along each axis, a little down: what is on the right there.
+    // The view along each axis, a little down: the colour on the right.
     for (down_left, down_right) in [
         ([1.0, -0.4, -0.4], [1.0, -0.4, 0.4]),
         ([-1.0, -0.4, 0.4], [-1.0, -0.4, -0.4]),

@@ -195,7 +195,7 @@ fn layers_out_of_range_are_clamped_with_a_warning() {
     assert_eq!(scene.warnings.len(), 6, "{:?}", scene.warnings);
 }
 
-/// A grain needs tangents: the file's, or such as run along the first texture coordinates.
+/// Anisotropy needs tangents: the file's, or generated ones along the first texture coordinates.
 #[test]
 fn anisotropic_materials_get_tangents() {
     let grain = json!({"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}}});

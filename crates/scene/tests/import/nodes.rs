@@ -1,4 +1,4 @@
-//! The node hierarchy: transforms, scenes, and what is no tree.
+//! The node hierarchy: transforms, scenes, and graphs that are no tree.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Value, json};

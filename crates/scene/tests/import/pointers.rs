@@ -1,4 +1,4 @@
-//! KHR_animation_pointer: what is read moves, and what cannot move is told and stays.
+//! KHR_animation_pointer: supported properties move, others are reported and stay.
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
@@ -238,7 +238,7 @@ fn unsupported_animations_are_reported_once_and_ignored() {
     let mut gltf = moving();
     animate(&mut gltf, "/materials/0/alphaCutoff", &[5.], &[5.]);
     let scene = load(&gltf, 1.0);
-    warned(&scene, "animation 0 moves \"/materials/0/alphaCutoff\" by two channels; the first one counts");
+    warned(&scene, "animation 0 moves \"/materials/0/alphaCutoff\" by two channels; the first one is used");
     assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Mask(1.0));
     let mut gltf = moving();
     gltf.json["animations"] = Value::Null;

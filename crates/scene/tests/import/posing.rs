@@ -58,7 +58,8 @@ fn morph_targets_are_added_by_their_weights() {
     }
     let normals = posed.meshes[0].normals.as_ref().expect("normals");
     assert!((normals[0] - Vec3::new(1., 0., 1.).normalize()).length() < 1e-6 && normals[1] == Vec3::Z);
-    // A node's weights stand before its mesh's; looks differ, so the mesh is there twice.
+    // A node's weights take precedence over its mesh's; the weights differ, so the mesh is there
+    // twice.
     gltf.json["nodes"] = json!([{"mesh": 0, "weights": [0, 0]}, {"mesh": 0}, {"mesh": 0}]);
     gltf.json["scenes"] = json!([{"nodes": [0, 1, 2]}]);
     let both = gltf.load();

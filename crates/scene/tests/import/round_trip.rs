@@ -33,7 +33,7 @@ fn written_scenes_are_read_back() {
         }
         assert_eq!(read.lights.len(), made.lights.len(), "{}", entry.name);
         for (a, b) in read.lights.iter().zip(&made.lights) {
-            // Likewise the rotation that a light's direction is written as.
+            // The same holds for the rotation that a light's direction is written as.
             let turned = match (a.kind, b.kind) {
                 (LightKind::Directional { direction: a }, LightKind::Directional { direction: b }) => {
                     a.abs_diff_eq(b, 1e-6)

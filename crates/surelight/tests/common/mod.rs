@@ -1,4 +1,4 @@
-//! Runs the built program in a folder of its own.
+//! Runs the built program in a temporary folder.
 
 // Each test file uses a part of this.
 #![allow(dead_code)]
@@ -12,7 +12,7 @@ pub(crate) fn cornell_box() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/cornell-box.glb").canonicalize().unwrap()
 }
 
-/// An empty folder that a program runs in, and what the program did.
+/// An empty folder that a program runs in, and the results of its runs.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-/// What a run left.
+/// The result of a run.
 #[derive(Debug)]
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
@@ -76,7 +76,8 @@ impl Ran {
         self
     }
 
-    /// The run failed with one sentence on standard error that holds all of `words`, and nothing else.
+    /// The run failed with one sentence on standard error that holds all of `words`, and nothing
+    /// else.
     #[track_caller]
     pub(crate) fn failed_with(&self, words: &[&str]) {
         assert_eq!(self.code, Some(1), "{self:#?}");
