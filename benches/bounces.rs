@@ -80,7 +80,7 @@ fn measure(scene: &Scene, folder: Option<&Path>) {
     };
     let timed = |queries: &[ProbeRays]| {
         probe.ask(queries);
-        run(); // what is asked goes to the device with the first run
+        run(); // the first run uploads the queries
         run()
     };
     let hits = timed(&all).2;

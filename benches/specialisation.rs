@@ -141,7 +141,7 @@ fn main() {
         rows.push((name.to_owned(), vec![own, (general - own).max(0.0)]));
     }
     if let Some(folder) = folder {
-        let parts = ["the scene's own kernel", "what the general kernel takes more"];
+        let parts = ["the scene's own kernel", "the additional time of the general kernel"];
         let label = "nanoseconds a path";
         let chart = bars("specialisation", "What specialising the kernel to the scene buys", label, &parts, &rows);
         let path = std::path::Path::new(&folder).join("specialisation.svg");

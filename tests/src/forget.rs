@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stands_under_a_feature_goes() {
+    fn code_under_a_feature_is_removed() {
         for (source, forgotten) in [
             ("a; @if(f) { b; { c; } } d;", "a;  d;"),
             ("@if(f) let x = g(1, 2); e;", " e;"),

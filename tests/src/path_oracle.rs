@@ -78,7 +78,7 @@ impl PathOracle {
     }
 
     /// The nearest triangle before `t_max`, and its distance.
-    fn meet(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<(f64, &Triangle)> {
+    fn closest(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<(f64, &Triangle)> {
         let mut best = (t_max, None);
         for triangle in &self.triangles {
             let p = d.cross(triangle.e2);
@@ -109,7 +109,7 @@ impl PathOracle {
         if cos_x <= 0.0 || (cos_y <= 0.0 && !lamp.two_sided) {
             return DVec3::ZERO;
         }
-        match self.meet(x, d, distance * (1.0 - 1e-9)) {
+        match self.closest(x, d, distance * (1.0 - 1e-9)) {
             Some(_) => DVec3::ZERO,
             None => lamp.emission * (cos_x * cos_y.abs() * total / (PI * distance * distance)),
         }
@@ -119,7 +119,7 @@ impl PathOracle {
     fn sample(&self, mut o: DVec3, mut d: DVec3, random: &mut Random) -> DVec3 {
         let (mut radiance, mut throughput) = (DVec3::ZERO, DVec3::ONE);
         for bounce in 0.. {
-            let Some((t, triangle)) = self.meet(o, d, f64::INFINITY) else { break };
+            let Some((t, triangle)) = self.closest(o, d, f64::INFINITY) else { break };
             let front = triangle.normal.dot(d) < 0.0;
             if bounce == 0 && (front || triangle.two_sided) {
                 radiance += triangle.emission;

@@ -51,20 +51,20 @@ pub fn room(shape: Shape, eye: DVec3) -> Scene {
 
 /// Traces four pictures' paths through a closed room and reports errors; `size`: of the room.
 pub fn check(name: &str, scene: &Scene, instancing: Instancing, size: f32) -> Option<String> {
-    let (mut rays, mut escaped, mut met_itself) = (0, 0, 0);
+    let (mut rays, mut escaped, mut self_hits) = (0, 0, 0);
     for path in (0..4).flat_map(|seed| paths(scene, instancing, seed)) {
         for (k, step) in path.iter().enumerate() {
             rays += 1;
             escaped += usize::from(step.triangle == u32::MAX);
             // A distance at which rays between walls are too rare to matter: only a wall itself is
             // so near.
-            met_itself += usize::from(k > 0 && step.triangle == path[k - 1].triangle && step.t < 1e-4 * size);
+            self_hits += usize::from(k > 0 && step.triangle == path[k - 1].triangle && step.t < 1e-4 * size);
         }
     }
-    println!("{name}: {rays} rays, {escaped} escape, {met_itself} hit the wall that they leave");
+    println!("{name}: {rays} rays, {escaped} escape, {self_hits} hit the wall that they leave");
     let paths_are_whole = rays > 400_000;
-    let ok = paths_are_whole && escaped <= MAX_ESCAPES && met_itself == 0;
-    (!ok).then(|| format!("{name}: of {rays} rays {escaped} escape and {met_itself} hit the wall that they leave"))
+    let ok = paths_are_whole && escaped <= MAX_ESCAPES && self_hits == 0;
+    (!ok).then(|| format!("{name}: of {rays} rays {escaped} escape and {self_hits} hit the wall that they leave"))
 }
 
 /// Of half a million rays. A ray that starts in the very edge between two walls, nearer than its

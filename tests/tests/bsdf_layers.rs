@@ -89,7 +89,10 @@ fn samples_follow_the_pdf() {
         all.extend(materials(degrees).into_iter().skip(skipped).step_by(2));
         // Deltas beside broad lobes.
         all.push(("smooth coat", Material::dielectric(0.3, degrees).coated(0.0)));
-        all.push(("smooth base, coated and fibrous", Material::dielectric(0.0, degrees).with_sheen(0.3).coated(0.1)));
+        all.push((
+            "smooth base, coated and with sheen",
+            Material::dielectric(0.0, degrees).with_sheen(0.3).coated(0.1),
+        ));
     }
     let level = sidak_level(ALPHA, all.len());
     let mut failures = Vec::new();
@@ -290,8 +293,8 @@ fn each_colour_goes_its_own_way() {
                 served[alone[0]] += 1;
             }
             for (c, channel) in moments.iter_mut().enumerate() {
-                let squeeze = if through { m.eta_of(c).powi(2) } else { 1.0 };
-                channel.push(f64::from(s.weight[c] * squeeze));
+                let radiance_scale = if through { m.eta_of(c).powi(2) } else { 1.0 };
+                channel.push(f64::from(s.weight[c] * radiance_scale));
             }
         }
         assert!(served.iter().all(|&n| n > 1000), "{m:?}: {served:?}");

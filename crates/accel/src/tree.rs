@@ -229,7 +229,7 @@ mod tests {
         Aabb::new(Vec3A::new(x, 0.0, 0.0), Vec3A::new(x + size, size, size))
     }
 
-    /// Each primitive in one leaf; boxes around what is below them.
+    /// Each primitive is in one leaf; boxes contain everything below them.
     fn check(tree: &Tree, boxes: &[Aabb]) {
         let mut references = vec![0; boxes.len()];
         for node in &tree.nodes {

@@ -39,7 +39,7 @@ fn primary_estimators_of_5x4() {
 
 #[test]
 fn variance_of_5x4_is_16_ninths() {
-    // "Variance: what is it?" ∫(5x⁴)² − 1 = 25/9 − 1.
+    // "variance: what is it?" ∫(5x⁴)² − 1 = 25/9 − 1.
     let second = integrate(Rule::GaussLegendre, 5, [0.0, 1.0], |x| (5.0 * x.powi(4)).powi(2)).unwrap();
     assert!((second - 1.0 - 16.0 / 9.0).abs() < 1e-13);
     assert!((integrate(Rule::GaussLegendre, 3, [0.0, 1.0], |x| 5.0 * x.powi(4)).unwrap() - 1.0).abs() < 1e-13);

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn most_of_a_picture_must_be_lost() {
+    fn detail_must_be_lost_in_most_pixels() {
         let plain = Display { exposure_ev: 0.0, tonemap: ToneMap::None };
         let lost = |radiance: &[f32]| LostPixels::of(&film(radiance), &plain);
         assert_eq!(lost(&[1e-6, 1e-6, 1e-6, 0.5]), Some(LostPixels { share: 0.75, loss: Loss::Black }));

@@ -143,8 +143,8 @@ mod tests {
     #[test]
     fn both_conditions_are_needed() {
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
-        for (half_width, certified, met) in [(0.04, 0.9, true), (0.06, 0.9, false), (0.04, 0.4, false)] {
-            assert_eq!(precision.is_reached(&Convergence { half_width, certified }), met);
+        for (half_width, certified, reached) in [(0.04, 0.9, true), (0.06, 0.9, false), (0.04, 0.4, false)] {
+            assert_eq!(precision.is_reached(&Convergence { half_width, certified }), reached);
         }
     }
 

@@ -115,9 +115,9 @@ impl Film {
     pub fn reachable(&self) -> Vec<bool> {
         let pixels = self.pixels();
         let Some(features) = self.features() else { return vec![true; pixels.len()] };
-        let meets =
+        let has_surface =
             |i: usize| features.depth[i] > 0.0 || features.normal[i] != [0.0; 3] || features.albedo[i] != [0.0; 3];
-        (0..pixels.len()).map(|i| meets(i) || pixels[i].largest() > 0.0).collect()
+        (0..pixels.len()).map(|i| has_surface(i) || pixels[i].largest() > 0.0).collect()
     }
 
     /// Judges every pixel's tail.

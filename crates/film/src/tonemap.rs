@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn no_value_breaks_a_byte() {
+    fn every_value_fits_a_byte() {
         for tone_map in ALL {
             for x in [0.0, -1.0, 1e-40, 1.0, 65504.0, f64::from(f32::MAX)] {
                 for rgb in [[x; 3], [x, 0.0, 0.0], [0.0, x, 1.0]] {

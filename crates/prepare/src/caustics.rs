@@ -43,7 +43,7 @@ impl Caustics {
     /// The inputs of light tracing, or the reason why particles are of no use.
     ///
     /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium
-    /// absorbs. `share`: of the light that surfaces scatter, the part that arrives by delta lobes.
+    /// absorbs. `share`: of the light that surfaces scatter, the part by way of delta lobes.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         scene: &Scene,

@@ -13,7 +13,7 @@ use surelight_estimate::gauss_legendre;
 const COLUMNS: usize = 64;
 const ROWS: usize = 64;
 
-/// Cosines are clamped to at least this; counterpart of `SHEEN_COSINE_LEAST`.
+/// Cosines are clamped to at least this.
 const MIN_COSINE: f64 = 1e-3;
 
 /// The table, row after row.

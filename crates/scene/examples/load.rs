@@ -1,4 +1,4 @@
-//! Loads a scene and says what is in it: `cargo run --release --example load -p surelight-scene --
+//! Loads a scene and lists its contents: `cargo run --release --example load -p surelight-scene --
 //! scene.glb`
 
 use std::path::Path;

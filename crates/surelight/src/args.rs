@@ -142,7 +142,7 @@ fn clarify(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
 pub(crate) enum Command {
     /// Render a scene to PNG and EXR; the default command
     Render(Box<RenderArgs>),
-    /// Show what a scene contains, which kernel features it needs, and unsupported features
+    /// Show the contents of a scene, the kernel features that it needs, and unsupported features
     Info(InfoArgs),
     /// Measure radiance, irradiance or the mean of an image region, with an error bar
     Measure(Box<MeasureArgs>),

@@ -71,10 +71,10 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     let prepared = Prepared::new(&scene, &view.camera, &settings)?;
     let key = prepared.key();
     // The absence of parts that options or the device select is no property of the scene.
-    let tells = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
+    let is_relevant = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
     let kernel = TABLE
         .iter()
-        .filter(|row| tells(row))
+        .filter(|row| is_relevant(row))
         .map(|row| {
             let included = key.has(row.part);
             let because = match row.origin {

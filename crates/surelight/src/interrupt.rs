@@ -1,4 +1,4 @@
-//! Ctrl-C (and a polite kill): the first asks the render to finish and write, the second ends the
+//! Ctrl-C (and a polite kill): the first makes the render finish and write, the second ends the
 //! program at once.
 
 #[cfg(unix)]
@@ -43,7 +43,7 @@ fn listen_for(what: &'static str) {
             // still work.
             signal_hook::low_level::exit(KILLED_BY_INTERRUPT);
         }
-        let bar = if console::watched() { "\n" } else { "" }; // one may stand on this line
+        let bar = if console::watched() { "\n" } else { "" }; // one may be on this line
         if !BEGUN.load(Ordering::SeqCst) {
             // Reading may wait without end, as for the writer of a pipe.
             console::note(&format!("{bar}error: {}", Error::Interrupted));

@@ -77,7 +77,7 @@ fn main() -> ExitCode {
             console::note(&format!("error: {}", sentence(&error.to_string())));
             ExitCode::from(ERROR)
         }
-        Err(_) => ExitCode::from(ERROR), // told by the hook
+        Err(_) => ExitCode::from(ERROR), // reported by the hook
     }
 }
 

@@ -245,7 +245,7 @@ fn a_given_reference_and_other_renderers_are_taken() {
     folder.run(&format!("{TINY} --spp 4 -o report --reference ref.exr --overlay peers.csv")).succeeded();
     let page = text(&folder, "report/index.html");
     assert!(page.contains("Elsewhere") && page.contains("reference by ref.exr with 256 samples a pixel"));
-    // A race between renderers, drawn on what is measured already; its pictures had 256×256 pixels.
+    // A race between renderers, drawn on existing measurements; its pictures had 256×256 pixels.
     let races = r#"[{"scene": "cornell-box", "renderer": "Somebody", "spp": 64, "mpaths": 4.0, "relmse": 0.005, "efficiency": 190.735}]"#;
     std::fs::write(folder.path("races.json"), races).unwrap();
     let ran = folder.run(&format!("{TINY} --spp 4 -o report --resume --overlay races.json")).succeeded();

@@ -268,7 +268,7 @@ fn a_full_disk_leaves_nothing_behind() {
         .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_surelight")])
         .arg(cornell_box())
         .args(["--size", "64x64", "--spp", "1", "--quiet", "-o", "a.exr"])
-        .env("MESA_SHADER_CACHE_DISABLE", "true") // its cache would meet the limit too
+        .env("MESA_SHADER_CACHE_DISABLE", "true") // its cache would reach the limit too
         .current_dir(folder.path("."))
         .output()
         .unwrap();
@@ -276,8 +276,8 @@ fn a_full_disk_leaves_nothing_behind() {
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
 
-/// An image that fails costs neither those after it nor the samples, and the error says what is
-/// saved. /dev/full replaces a full disk.
+/// An image that fails costs neither those after it nor the samples, and the error lists the saved
+/// files. /dev/full replaces a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_output_that_fails_does_not_cost_the_others() {

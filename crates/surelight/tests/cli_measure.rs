@@ -203,7 +203,7 @@ fn targets_out_of_reach_end_with_3() {
 }
 
 #[test]
-fn wrong_usage_is_told() {
+fn wrong_usage_is_reported() {
     let folder = asset("quad-light.glb");
     for options in [
         "",

@@ -133,9 +133,9 @@ fn extensions_readme(table: &str) -> String {
         "# Files for one extension each
 
 Those in the table are made by `cargo xtask assets` from `crates/scenes/src/extensions.rs`, and
-held against what is known by `tests/torture/bsdf/extensions.rs`. Each is seen straight on, under a
+compared with their closed forms by `tests/torture/bsdf/extensions.rs`. Each is viewed straight on, under a
 white sky (`--sky 1,1,1`) unless it has a light. The others, `basisu`, `draco` and `meshopt-*`, were
-made by encoders of other hands ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
+made by other encoders ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
 that they must equal beside them.
 
 | file | shows | known | triangles | bytes |
@@ -163,7 +163,7 @@ fn readme(table: &str) -> String {
         "# Generated scenes
 
 Made by `cargo xtask assets` from `crates/scenes/src/` (this table too); `cargo xtask assets --check` fails
-when a file differs from the code. Each says what is known about it, here and in `asset.extras.notes` of the file.
+when a file differs from the code. Each states its closed form, here and in `asset.extras.notes` of the file.
 Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sided; radiance in linear Rec. 709.
 
 | file | shows | known in closed form | triangles | bytes |

@@ -89,13 +89,13 @@ fn hit_and_sampled_pdfs_agree() {
         // The pdf varies over the lamp as for BSDF samples that hit it; its mean is the lamp's
         // probability by its area.
         let queries: Vec<_> = sampled.iter().map(|s| Query { both_sides: 1, ..again(s) }).collect();
-        let met = probe(&prepared, "probe_light", &queries);
-        let factor = |s: &Sample, met: &Sample| area_pdf(&lamps[0], s) / f64::from(met.other_pdf);
-        let first = factor(&sampled[0], &met[0]);
+        let hits = probe(&prepared, "probe_light", &queries);
+        let factor = |s: &Sample, hits: &Sample| area_pdf(&lamps[0], s) / f64::from(hits.other_pdf);
+        let first = factor(&sampled[0], &hits[0]);
         let probability = first * lamps[0].area();
         assert!(probability > 0.2 && probability < 1.0, "the lamp is chosen with a probability of {probability}");
-        for (s, met) in sampled.iter().zip(&met) {
-            assert!((factor(s, met) / first - 1.0).abs() < 1e-3, "{s:?} against {}", met.other_pdf);
+        for (s, hits) in sampled.iter().zip(&hits) {
+            assert!((factor(s, hits) / first - 1.0).abs() < 1e-3, "{s:?} against {}", hits.other_pdf);
         }
     }
     let prepared = prepare(&scene(&with_square(lamps(), near)), &Settings::new(8, 8));

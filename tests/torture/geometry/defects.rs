@@ -44,11 +44,11 @@ fn degenerate() {
 /// bit.
 #[test]
 fn coplanar_twins() {
-    let film = |twins| render(&geometry::coplanar_twins(twins), &Settings::new(32, 32), 4, 16);
-    let (single, twins) = (film(DuplicatedPart::None), film(DuplicatedPart::Surfaces));
+    let film = |duplicated| render(&geometry::coplanar_twins(duplicated), &Settings::new(32, 32), 4, 16);
+    let (single, duplicated) = (film(DuplicatedPart::None), film(DuplicatedPart::Surfaces));
     let lit = all(&single).filter(|&i| single.mean(i)[0] > 0.0).count();
     assert!(lit > 500, "{lit} pixels are lit");
-    let differ = bits(&single).iter().zip(bits(&twins)).filter(|(a, b)| **a != *b).count();
+    let differ = bits(&single).iter().zip(bits(&duplicated)).filter(|(a, b)| **a != *b).count();
     assert_eq!(differ, 0, "pixels differ where surfaces are there twice");
 }
 

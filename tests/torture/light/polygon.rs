@@ -73,7 +73,7 @@ fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option
 }
 
 /// The intersection of a ray with a polygon.
-fn meets(polygon: &[DVec3], origin: DVec3, direction: DVec3) -> bool {
+fn intersects(polygon: &[DVec3], origin: DVec3, direction: DVec3) -> bool {
     let n = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
     let t = (polygon[0] - origin).dot(n) / direction.dot(n);
     let p = origin + direction * t;
@@ -98,7 +98,9 @@ fn polygon_irradiance() {
     let floor = |x: f64, y: f64| {
         let d = camera.to_world.transform_vector3(DVec3::new(x * 1.5 * tangent, y * tangent, -1.0));
         let t = -origin.y / d.y;
-        (!meets(&lamp, origin, d) && t > 0.0).then(|| origin + d * t).filter(|p| p.x.abs() < 4.0 && p.z.abs() < 4.0)
+        (!intersects(&lamp, origin, d) && t > 0.0)
+            .then(|| origin + d * t)
+            .filter(|p| p.x.abs() < 4.0 && p.z.abs() < 4.0)
     };
     let front = (lamp[1] - lamp[0]).cross(lamp[3] - lamp[0]);
     check("quad light", &film, 0.003, |x, y| {

@@ -32,11 +32,11 @@ struct Tally {
     means: Moments,
 }
 
-fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tally {
+fn tally(p: f64, error: f64, max_spp: u32, seeds: std::ops::Range<u32>) -> Tally {
     let (scene, truth) = spot(p);
     let mut renderer = Renderer::new(device(), &prepare(&scene, &settings())).unwrap_or_else(|e| panic!("{e}"));
     let precision = Precision { error, confidence: 0.95, bound: Bound::Clt };
-    let goal = Goal { spp: Some(most_spp), precision: Some(precision), ..Goal::default() };
+    let goal = Goal { spp: Some(max_spp), precision: Some(precision), ..Goal::default() };
     let mut tally = Tally::default();
     for seed in seeds {
         renderer.set_seed(seed);

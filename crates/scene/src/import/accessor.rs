@@ -63,7 +63,7 @@ pub(crate) struct Accessors<'a> {
 }
 
 impl<'a> Accessors<'a> {
-    /// Looks an accessor of vectors up and checks its type; `user` is the object that refers to it.
+    /// Finds an accessor of vectors and checks its type; `user` is the object that refers to it.
     pub(crate) fn typed(&self, index: Int, user: &str) -> Result<Typed<'a>> {
         let typed = self.any(index, user)?;
         match typed.json.kind.as_str() {

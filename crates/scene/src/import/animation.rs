@@ -445,12 +445,12 @@ fn reader(
 fn blend(interpolation: Interpolation, at: &KeyframePair, values: &[DVec4]) -> DVec4 {
     let t = at.t;
     match (interpolation, values) {
-        (Interpolation::CubicSpline, &[from, leave, arrive, to]) => {
+        (Interpolation::CubicSpline, &[from, out_tangent, in_tangent, to]) => {
             let (t2, t3) = (t * t, t * t * t);
             from * (2.0 * t3 - 3.0 * t2 + 1.0)
-                + leave * (at.span * (t3 - 2.0 * t2 + t))
+                + out_tangent * (at.span * (t3 - 2.0 * t2 + t))
                 + to * (3.0 * t2 - 2.0 * t3)
-                + arrive * (at.span * (t3 - t2))
+                + in_tangent * (at.span * (t3 - t2))
         }
         (Interpolation::Linear, &[from, to]) => from.lerp(to, t),
         (_, values) => values.first().copied().unwrap_or(DVec4::ZERO),

@@ -29,8 +29,7 @@ pub(crate) fn decode(file: &[u8], size: (u32, u32), place: &str) -> Result<Vec<u
             return Err(Fault::invalid(place, "is a KTX2 file whose levels do not go with its size"));
         }
     }
-    // The transcoder checks what it reads; a panic inside on damaged data becomes an error of the
-    // file.
+    // The transcoder checks its input; a panic inside on damaged data becomes an error of the file.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let transcoder = Transcoder::new(file)?;
         if transcoder.base_dimensions() != size {

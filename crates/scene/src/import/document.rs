@@ -1,5 +1,5 @@
-//! The JSON of a glTF file as Rust types: only what the importer reads, and nothing checked beyond
-//! the JSON types.
+//! The JSON of a glTF file as Rust types: only the fields that the importer reads, and nothing
+//! checked beyond the JSON types.
 //!
 //! The crate `gltf` has such types too, but truncates indices to 32 bits silently, so that `"mesh":
 //! 4294967296` becomes mesh 0, and gives up the whole file for a mistyped optional extension. Here

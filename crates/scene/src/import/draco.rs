@@ -50,8 +50,7 @@ pub(crate) fn decode(
     // Values are at most 4 components of 8 bytes while they are decoded.
     let bytes = points.saturating_mul(32 * (json.attributes.len() as u64 + 1)).saturating_add(1 << 16);
     let limits = DecodeLimits::default().with_max_points(points).with_max_faces(faces).with_max_decoded_bytes(bytes);
-    // The decoder checks what it reads; a panic inside on damaged data becomes an error of the
-    // file.
+    // The decoder checks its input; a panic inside on damaged data becomes an error of the file.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let mut mesh = draco_core::Mesh::new();
         MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map(|()| mesh)

@@ -1,4 +1,4 @@
-//! Textures: an image with a sampler, and how a material looks it up.
+//! Textures: an image with a sampler, and its use by a material.
 
 use std::collections::{BTreeSet, HashMap};
 

@@ -73,7 +73,7 @@ impl<'a> Folders<'a> {
     }
 }
 
-/// Reads what a URI refers to; `place` is the object that holds it.
+/// Reads the target of a URI; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folders: &Folders, limit: u64, place: &str) -> Result<Vec<u8>> {
     match uri {
         _ if is_data(uri) => decode_data(&uri[5..], limit, place),

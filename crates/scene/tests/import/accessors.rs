@@ -178,7 +178,7 @@ fn zeros_without_a_buffer_cannot_fill_memory() {
 }
 
 #[test]
-fn attributes_must_have_one_element_a_vertex() {
+fn attributes_must_have_one_element_per_vertex() {
     let mut gltf = Gltf::square();
     let normals = gltf.accessor(&floats(&SQUARE), FLOAT, "VEC3", 3);
     gltf.primitive()["attributes"]["NORMAL"] = json!(normals);

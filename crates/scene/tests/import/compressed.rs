@@ -123,7 +123,7 @@ fn watch_decoders() {
 fn mutate(name: &str, begin: usize, length: usize, rounds: usize) -> usize {
     watch_decoders();
     let whole = asset(name);
-    let (mut told, mut seed) = (0, 9_u32);
+    let (mut noticed, mut seed) = (0, 9_u32);
     for round in 0..rounds {
         let mut bytes = whole.clone();
         for _ in 0..=round % 4 {
@@ -132,10 +132,10 @@ fn mutate(name: &str, begin: usize, length: usize, rounds: usize) -> usize {
             bytes[at] = (seed >> 3) as u8;
         }
         let outcome = load_bytes(&bytes, "made.glb".as_ref(), &LoadOptions::default());
-        told += usize::from(outcome.map_or(true, |scene| !scene.warnings.is_empty()));
+        noticed += usize::from(outcome.map_or(true, |scene| !scene.warnings.is_empty()));
         assert_eq!(CAUGHT.load(Ordering::SeqCst), 0, "{name}, round {round}");
     }
-    told
+    noticed
 }
 
 /// Where the binary chunk begins.

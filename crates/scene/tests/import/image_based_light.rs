@@ -92,7 +92,7 @@ fn alpha_divides() {
 
 #[test]
 fn the_rotation_turns_the_light() {
-    // Red towards +X alone; a quarter turn about +Y brings it towards −Z.
+    // Red towards +X alone; a quarter turn about +Y turns it towards −Z.
     let faces = [[RED; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4]];
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let scene = lit(faces, json!({"rotation": [0.0, half, 0.0, half]})).load();

@@ -89,13 +89,13 @@ impl Display for Report {
             )?;
         }
         if let Some(target) = self.target_error {
-            let met = match self.stopped {
+            let target_text = match self.stopped {
                 "done" => "reached".to_owned(),
                 "missed" => "not reached (the pilot planned too few samples)".to_owned(),
                 "unreachable" => "unreachable: see the notes".to_owned(),
                 why => format!("not reached ({why})"),
             };
-            writeln!(f, "target   ± {} %: {met}", percent(target))?;
+            writeln!(f, "target   ± {} %: {target_text}", percent(target))?;
         }
         if !self.biased.is_empty() {
             writeln!(f, "biased   {}", self.biased.join(", "))?;
