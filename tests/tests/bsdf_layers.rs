@@ -153,10 +153,10 @@ fn weights_are_value_over_pdf_and_finite() {
 fn sampled(m: &Material, seed: u64) -> [(f64, f64); 2] {
     let mut moments = [Moments::default(), Moments::default()];
     for s in PROBE.sample(m, &uniforms(100_000, seed)) {
-        let worth = if s.is_valid() { f64::from(s.weight[1]) } else { 0.0 };
+        let weight = if s.is_valid() { f64::from(s.weight[1]) } else { 0.0 };
         let above = s.wi[2] > 0.0;
-        moments[0].push(if above { worth } else { 0.0 });
-        moments[1].push(if above { 0.0 } else { worth });
+        moments[0].push(if above { weight } else { 0.0 });
+        moments[1].push(if above { 0.0 } else { weight });
     }
     moments.map(|m| (m.mean(), m.variance_of_mean().sqrt()))
 }

@@ -112,14 +112,14 @@ fn uses(scene: &Scene) -> Vec<usize> {
 fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
     let uses = uses(scene);
     let copies = |k: usize| scene.meshes[k].triangles.len().saturating_mul(uses[k]);
-    let worth = |k: usize| {
+    let is_candidate = |k: usize| {
         uses[k] >= 2 && scene.meshes[k].triangles.len() >= MIN_TRIANGLES && copies(k) >= MIN_COPIED_TRIANGLES
     };
     let all = 0..scene.meshes.len();
     match options.instancing {
         Instancing::Auto => {
-            let total = all.clone().filter(|&k| worth(k)).map(copies).fold(0, usize::saturating_add);
-            all.map(|k| total >= MIN_TOTAL_TRIANGLES && worth(k)).collect()
+            let total = all.clone().filter(|&k| is_candidate(k)).map(copies).fold(0, usize::saturating_add);
+            all.map(|k| total >= MIN_TOTAL_TRIANGLES && is_candidate(k)).collect()
         }
         Instancing::Never => vec![false; all.len()],
         Instancing::Always => all.map(|k| uses[k] > 0 && copies(k) > 0).collect(),

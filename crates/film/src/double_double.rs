@@ -15,9 +15,9 @@ pub struct DoubleDouble {
 /// Knuth's TwoSum: `a + b` as rounded sum and exact error.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
-    let b_seen = sum - a;
-    let a_seen = sum - b_seen;
-    (sum, (a - a_seen) + (b - b_seen))
+    let b_part = sum - a;
+    let a_part = sum - b_part;
+    (sum, (a - a_part) + (b - b_part))
 }
 
 /// Dekker's Fast2Sum, for `|a| ≥ |b|`.

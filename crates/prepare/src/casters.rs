@@ -118,9 +118,9 @@ pub(crate) fn cover(mut triangles: Vec<[Vec3; 3]>) -> Vec<Ball> {
     if triangles.is_empty() {
         return Vec::new();
     }
-    let worth = |cover: &Cover| cover.cost * (1.0 + EACH * cover.balls.len() as f64);
+    let total_cost = |cover: &Cover| cover.cost * (1.0 + EACH * cover.balls.len() as f64);
     let all = covers(&mut triangles, DEPTH);
-    all.into_iter().min_by(|a, b| worth(a).total_cmp(&worth(b))).map(|cover| cover.balls).unwrap_or_default()
+    all.into_iter().min_by(|a, b| total_cost(a).total_cmp(&total_cost(b))).map(|cover| cover.balls).unwrap_or_default()
 }
 
 #[cfg(test)]

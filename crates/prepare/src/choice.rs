@@ -96,6 +96,6 @@ pub(crate) fn may_reuse_paths(settings: &Settings, key: &KernelKey) -> bool {
 
 /// From here on [`PathReuse::Auto`] has paths shared (docs/performance.md). Where surfaces are
 /// glossy, sharing costs more.
-pub(crate) fn least_interreflection(key: &KernelKey) -> f64 {
+pub(crate) fn min_interreflection_share(key: &KernelKey) -> f64 {
     if key.has(Part::Ggx) { 0.6 } else { 0.35 }
 }

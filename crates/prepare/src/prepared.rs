@@ -10,7 +10,7 @@ use crate::{
     blueprint::{Blueprint, StackReserve},
     casters,
     caustics::Caustics,
-    choice::{choose, least_interreflection, may_reuse_paths, refusal},
+    choice::{choose, may_reuse_paths, min_interreflection_share, refusal},
     clip::{ActiveClipPlanes, Planes},
     compose::Constant,
     environment::EnvironmentTable,
@@ -156,7 +156,7 @@ impl Prepared {
                 && match settings.path_reuse {
                     PathReuse::Off => false,
                     PathReuse::Auto => {
-                        interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&key)
+                        interreflection::share(scene, &accel, camera, &view, &planes) >= min_interreflection_share(&key)
                     }
                     PathReuse::On => true,
                 }

@@ -115,9 +115,9 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
 /// Whether so few paths are planned that those which pixels share would not make up for their larger kernel, which takes half a second
 /// longer to compile (docs/performance.md).
 fn is_preview(args: &RenderArgs, view: &View) -> bool {
-    const LEAST_PATHS: u64 = 1 << 18;
+    const MIN_PATHS: u64 = 1 << 18;
     let pixels = u64::from(view.size.width) * u64::from(view.size.height);
-    args.planned().is_some_and(|spp| pixels * u64::from(spp) < LEAST_PATHS)
+    args.planned().is_some_and(|spp| pixels * u64::from(spp) < MIN_PATHS)
 }
 
 /// Files of the scene that an output of the same name would destroy.
