@@ -1,4 +1,4 @@
-//! Walks of bounce rays on the device: `cargo bench --bench bounces [-- FOLDER [SCENE…]]`.
+//! Traversal of bounce rays on the device: `cargo bench --bench bounces [-- FOLDER [SCENE…]]`.
 //!
 //! Rays leave the first hits of a picture's camera rays in directions distributed by the cosine, in
 //! order of blocks of 8×8 pixels. Each lane traces one. All rays are traced, one after the other,

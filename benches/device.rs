@@ -1,4 +1,4 @@
-//! Upload, walks and samplers on the device: `cargo bench --bench device`.
+//! Upload, traversal and samplers on the device: `cargo bench --bench device`.
 //!
 //! Seconds are those of the device's own clock where it has one. Figures depend on the machine and
 //! its load; compare them within one run.

@@ -153,7 +153,7 @@ fn walking(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row
         let once = measure(plan, &mut renderer)?;
         renderer.set_walks(WALKS);
         let often = measure(plan, &mut renderer)?;
-        // Nanoseconds a ray, walked once and several times.
+        // Nanoseconds per ray, traversed once and several times.
         let [once, often] = [once, often].map(|f| 1e9 * f.device / f.rays);
         let walk = (often - once) / f64::from(WALKS - 1);
         Ok(vec![row! {"scene": subject.name, "Mrays/s": 1e3 / walk, "share of a path": walk / once}])

@@ -52,7 +52,7 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
         let [a, b] = [image, mis].map(|image| Picture::of(image, None).expect("a picture"));
         let options = CompareOptions { alpha: sidak_level(ALPHA, of), ..CompareOptions::default() };
         let comparison = compare(&a, &b, &options).expect("they can be compared");
-        let verdict: Verdict = comparison.verdict.expect("both know their errors");
+        let verdict: Verdict = comparison.verdict.expect("both have error estimates");
         let text = format!(
             "{name}: {integrator:?} − mis {:+.2} % ± {:.2} %, {:?}, {:.1} % would be detected",
             100.0 * comparison.metrics.mean_relative,

@@ -1,4 +1,4 @@
-//! Shader sources that have never heard of a feature.
+//! Shader sources without the code of a feature.
 //!
 //! Everything under the feature's condition is removed from the text, by an implementation that
 //! shares nothing with the one that composes kernels: if a scene lacks the feature, both must give

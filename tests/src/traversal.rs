@@ -103,7 +103,7 @@ pub fn lone(mesh: Mesh, build: BuildOptions) -> (Scene, Prepared) {
     prepare(vec![mesh], &[(0, DAffine3::IDENTITY)], build)
 }
 
-/// Walks on the device, some of which may have been cut short.
+/// Traverses on the device; some rays may have been cut short.
 pub fn try_traverse(prepared: &Prepared, rays: &[ProbeRays]) -> Vec<ProbeHit> {
     run_probe(device(), prepared, "package::probe::walk", "probe_walk", rays, rays.len())
         .unwrap_or_else(|e| panic!("{e}"))

@@ -274,8 +274,8 @@ fn diffuse_transmission_splits_light_as_stated() {
     assert!(ea < 5e-3 && eb < 5e-3);
 }
 
-/// Smooth dispersive glass: a refracted sample serves one channel and goes its way by Snell's law;
-/// over all samples each channel keeps all of its light.
+/// Smooth dispersive glass: a refracted sample is of one channel and follows its Snell's law; over
+/// all samples each channel keeps all of its light.
 #[test]
 fn each_colour_goes_its_own_way() {
     for m in [Material::glass(0.0, 60.0).dispersive(0.1), Material::glass_within(0.0, 30.0).dispersive(0.1)] {

@@ -41,8 +41,8 @@ fn in_every_kernel_that_ships() {
     }
 }
 
-/// In the general kernels every record and every material field is there: a name that only the host
-/// knows is a typo.
+/// In the general kernels every record and every material field is there: a name on the host alone
+/// is a typo.
 #[test]
 fn in_the_general_kernels() {
     let mut found = BTreeSet::new();

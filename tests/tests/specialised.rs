@@ -51,6 +51,6 @@ fn glass() {
 #[test]
 fn long_dispatches_of_the_general_kernel_lose_nothing() {
     let scene = with_everything(glass::glass());
-    // Fails where walks are cut short.
+    // Fails where traversals are cut short.
     trace(&prepare(&scene, &Settings::new(8, 8)), [8, 8], 4, 256);
 }

@@ -1,4 +1,4 @@
-//! Goodness of fit: do samples follow the density they claim, are p-values uniform?
+//! Goodness of fit: do samples follow their stated density, are p-values uniform?
 
 use crate::chi_squared_survival;
 

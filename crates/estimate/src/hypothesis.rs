@@ -27,7 +27,7 @@ pub fn satterthwaite(terms: &[(f64, f64)]) -> f64 {
     let sum: f64 = terms.iter().map(|&(variance, _)| variance).sum();
     // Normalised first: variances of dim pixels squared would underflow.
     let spread: f64 = terms.iter().filter(|term| term.0 > 0.0).map(|&(v, dof)| (v / sum).powi(2) / dof).sum();
-    // An empty sum is −0, whose reciprocal is not wanted.
+    // An empty sum is −0, whose reciprocal would be −∞.
     if spread > 0.0 { 1.0 / spread } else { f64::INFINITY }
 }
 

@@ -1,4 +1,4 @@
-//! How heavy is the tail? Where the variance is (nearly) infinite no error bar is honest.
+//! How heavy is the tail? Where the variance is (nearly) infinite no error bar is reliable.
 
 /// A generalised Pareto distribution fitted to the largest samples.
 #[derive(Debug, Clone, Copy, PartialEq)]

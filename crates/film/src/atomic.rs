@@ -61,7 +61,7 @@ pub fn remove_leftovers(path: &Path) {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(&prefix) && name.ends_with(SUFFIX) {
-            // One that cannot be removed harms nobody.
+            // One that cannot be removed does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }

@@ -44,7 +44,7 @@ impl BatchSum {
         Self::new(both, self.largest().max(largest), (f64::from(self.squares()) + squares) as f32)
     }
 
-    /// Whether a film accepts it: a sum that is not finite would poison a pixel for good.
+    /// Whether a film accepts it: a sum that is not finite would spoil a pixel permanently.
     pub(crate) fn is_finite(&self) -> bool {
         self.sum.iter().all(|sum| sum.is_finite())
     }

@@ -34,7 +34,7 @@ pub enum FilmError {
     #[error("a batch must hold at least one sample per pixel")]
     NoSamples,
     /// A film that is no part of this one.
-    #[error("the part {inner:?} (x0, y0, x1, y1) does not lie within {outer:?} of the same image")]
+    #[error("the part {inner:?} (x0, y0, x1, y1) is not within {outer:?} of the same image")]
     Outside {
         /// Edges of the part: x0, y0, x1, y1.
         inner: [u32; 4],

@@ -20,8 +20,8 @@ const ATTRIBUTE: &str = "surelight";
 /// Values (pixels times channels) beyond which a file is refused: 4 GiB of floats.
 const MAX_VALUES: u64 = 1 << 30;
 
-/// No compression of the format shrinks further than this; a header that claims more is a lie
-/// that would cost memory before it is found out.
+/// No compression of the format shrinks further than this; a header that states more is wrong, and
+/// would cost memory before the error is found.
 const MAX_EXPANSION: u64 = 1 << 14;
 
 /// An EXR in memory: channels as 32-bit floats under their full names, row 0 at the top.

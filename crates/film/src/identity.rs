@@ -32,10 +32,10 @@ pub struct Difference {
     pub second: String,
 }
 
-/// The first difference by which two parts are not of one render, as far as `sameness` demands: of
+/// The first difference by which two parts are not of one render, as far as `required` demands: of
 /// scene, settings, seed, planned samples, program, kernel, device and driver. Their place in the
 /// image and the samples they hold may differ.
-pub fn difference(first: &Metadata, second: &Metadata, sameness: Compatibility) -> Option<Difference> {
+pub fn difference(first: &Metadata, second: &Metadata, required: Compatibility) -> Option<Difference> {
     let differing =
         |what: &str, a: String, b: String| (a != b).then(|| Difference { what: what.into(), first: a, second: b });
     let texts: [IdentityField; 3] = [
@@ -47,7 +47,7 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Compatibility) 
         let planned = |m: &Metadata| m.part.as_ref().and_then(|part| part.planned_samples);
         let spp = |m: &Metadata| or_not_set(planned(m));
         let seed = differing("--seed", first.seed.to_string(), second.seed.to_string());
-        if sameness == Compatibility::Plan {
+        if required == Compatibility::Plan {
             return seed;
         }
         // Extended renders have batches of other sizes than those planned for all of their samples.
@@ -67,9 +67,9 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Compatibility) 
     let kernel: [IdentityField; 1] =
         [("the kernel (by its hash)", |m| m.part.as_ref().map_or_else(String::new, |part| part.kernel.clone()))];
     let list = |of: &[IdentityField]| of.iter().find_map(|(what, value)| differing(what, value(first), value(second)));
-    let settings = || settings(first.settings.as_ref()?, second.settings.as_ref()?, sameness);
+    let settings = || settings(first.settings.as_ref()?, second.settings.as_ref()?, required);
     let estimator = list(&texts).or_else(settings).or_else(numbers);
-    match sameness {
+    match required {
         Compatibility::Bits => estimator.or_else(|| list(&device)).or_else(|| list(&kernel)),
         Compatibility::Estimator => estimator,
         Compatibility::Plan => estimator.or_else(|| list(&device)),
@@ -169,8 +169,8 @@ fn word(value: &impl Serialize) -> String {
 }
 
 /// The first setting that differs.
-fn settings(first: &RenderSettings, second: &RenderSettings, sameness: Compatibility) -> Option<Difference> {
-    let compared = |setting: &Setting| !(setting.is_stopping && sameness == Compatibility::Plan);
+fn settings(first: &RenderSettings, second: &RenderSettings, required: Compatibility) -> Option<Difference> {
+    let compared = |setting: &Setting| !(setting.is_stopping && required == Compatibility::Plan);
     let mut pairs = table(first).into_iter().zip(table(second)).filter(|(setting, _)| compared(setting));
     let (first, second) = pairs.find(|(first, second)| first.value != second.value)?;
     let (first, second, what) = match first.name {
@@ -191,9 +191,9 @@ mod tests {
     }
 
     /// The differences both ways, the second the mirror image of the first.
-    fn found(first: &Metadata, second: &Metadata, sameness: Compatibility) -> Option<Difference> {
-        let found = difference(first, second, sameness);
-        let back = difference(second, first, sameness);
+    fn found(first: &Metadata, second: &Metadata, required: Compatibility) -> Option<Difference> {
+        let found = difference(first, second, required);
+        let back = difference(second, first, required);
         let mirrored = |d: Difference| match d.what.as_str() {
             CAMERA => d, // one and another, either way
             _ => Difference { first: d.second, second: d.first, what: d.what },

@@ -90,9 +90,9 @@ pub struct Part {
     pub kernel: String,
     /// Samples finished, of all pixels.
     pub paths: u64,
-    /// Rays walked for them.
+    /// Rays traced for them.
     pub rays: u64,
-    /// Rays that were given up.
+    /// Rays whose traversal was cut short.
     pub truncated: u64,
     /// Seconds of tracing.
     pub seconds: f64,

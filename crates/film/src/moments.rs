@@ -113,8 +113,8 @@ impl PixelMoments {
 
     /// Adds a batch of `samples` samples.
     ///
-    /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not poison
-    /// the pixel for good. The caller counts these batches.
+    /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not spoil the
+    /// pixel permanently. The caller counts these batches.
     #[must_use]
     pub fn add_batch(&mut self, samples: u32, batch: &BatchSum) -> bool {
         if !batch.is_finite() {

@@ -130,7 +130,7 @@ mod tests {
         }
         let certificate = film.certify();
         assert!(!certificate.certified[10]);
-        // The firefly's own neighbours are spared here: this is about the rank.
+        // The firefly's own neighbours are left out here: this is about the rank.
         let chosen: Vec<bool> = (0..11).map(|i| i < 10).collect();
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
         // The ninth of ten: s² = 0.09²·16/15, over 16.

@@ -64,7 +64,7 @@ impl StackReserve {
 /// Placed triangles, and the emissive ones among them.
 pub(crate) fn placed_triangles(scene: &Scene) -> [u64; 2] {
     scene.instances.iter().fold([0, 0], |[all, emissive], instance| {
-        // Whoever builds the trees refuses indices that are out of range.
+        // Building the trees refuses indices that are out of range.
         let Some(mesh) = scene.meshes.get(instance.mesh) else { return [all, emissive] };
         let count = mesh.triangles.len() as u64;
         let emits = scene.materials.get(mesh.material).is_some_and(|m| m.is_emissive());

@@ -33,14 +33,14 @@ pub(crate) struct Caustics {
 /// Why there is nothing to trace from the lights.
 pub(super) const NOTHING_SMOOTH: &str = "no surface is smooth glass or a mirror";
 
-/// Surfaces that a ray from a point may pass before it is given up.
+/// Surfaces that a ray from a point may pass before it is abandoned.
 const MAX_PASSED: u32 = 64;
 
 /// Below this share of the light, a fourth of the usual number of particles is sent.
 const SMALL_SHARE: f64 = 0.01;
 
 impl Caustics {
-    /// The inputs of light tracing, or the reason why particles are of no use.
+    /// The inputs of light tracing, or the reason why light tracing is impossible or has no effect.
     ///
     /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium
     /// absorbs. `share`: of the light that surfaces scatter, the part by way of delta lobes.

@@ -1,8 +1,8 @@
 //! Which of a camera's clipping planes cut something off the picture (glTF 2.0, section 3.10.3).
 //!
-//! Only then does the kernel know of them. Triangles are clipped, in f64, to the part of the view
-//! between the camera and the near plane, and to the part beyond the far plane: a triangle of which
-//! anything remains there is cut.
+//! Only then does the kernel contain them. Triangles are clipped, in f64, to the part of the view
+//! between the camera and the near plane, and to the part beyond the far plane: a triangle with a
+//! remainder there is clipped.
 
 use glam::{DAffine3, DMat3, DVec3, DVec4};
 use surelight_scene::{Camera, ClipRange, Material, Mesh, Projection, Scene};

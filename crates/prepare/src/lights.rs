@@ -117,7 +117,7 @@ impl LightKinds {
         let joined = || {
             let meshes = scene.instances.iter().filter_map(|instance| scene.meshes.get(instance.mesh));
             let mut emissive = meshes.filter(|m| scene.materials.get(m.material).is_some_and(Material::is_emissive));
-            // Whoever builds the trees refuses indices that are out of range.
+            // Building the trees refuses indices that are out of range.
             let sound = |m: &&Mesh| m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len());
             emissive
                 .all(|m| m.triangles.len() == 2 && sound(&m) && pieces(scene, m, &m.triangles, integrator).len() == 1)
@@ -148,7 +148,7 @@ impl Lights {
         let mut powers = Vec::new();
         let mut which = Vec::new();
         lights.add_triangles(scene, accel, integrator, &mut powers);
-        // Whitted's shadow rays go to the middles of lights: few, or it is of no use.
+        // Whitted's shadow rays go to the middles of lights: they work for few lights only.
         if powers.len() >= MIN_TREE_LIGHTS && integrator != Integrator::Whitted {
             lights.tree = lights.tree(scene, &powers);
         }
@@ -208,8 +208,7 @@ impl Lights {
         }
         let emitters = (by_mesh.len() + powers.len() - self.area.len()) as f64;
         let factor = |emitter: f64| if emitter > 0.0 { 0.5 + 0.5 * total / (emitters * emitter) } else { 0.0 };
-        // A light's weight and its power must keep in step to the last bit of f32: they are the
-        // same pdf.
+        // A light's weight and its power must agree to the last bit of f32: they are the same pdf.
         for (i, power) in powers.iter_mut().enumerate() {
             *power *= match self.area.get_mut(i) {
                 Some(light) => {

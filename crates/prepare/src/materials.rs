@@ -63,8 +63,8 @@ fn extinction(volume: Option<Volume>) -> [f32; 3] {
     }
 }
 
-/// Every field of a material record that the host knows, with its size. A kernel has some of them,
-/// and no others.
+/// Every field of a material record on the host, with its size. A kernel has some of them, and no
+/// others.
 pub fn material_fields() -> Vec<(&'static str, u32)> {
     let material = PreparedMaterial::new(&Scene::default(), &Material::default(), &mut Textures::default());
     write_records(&[material], &RecordLayout::default()).fields.into_iter().collect()

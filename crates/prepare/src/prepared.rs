@@ -187,7 +187,8 @@ impl Prepared {
         let layout = AttributeLayout::of(scene, &key);
         let attributes = layout.pack(scene, &accel, &key, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
-        // One more than the walk needs, since it writes the next entry whether or not it is kept.
+        // One more than the traversal needs, since it writes the next entry whether or not it is
+        // kept.
         let room = StackReserve::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
         let prepared = Self {
             accel,

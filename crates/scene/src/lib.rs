@@ -1,6 +1,6 @@
 //! A glTF or HDR file in, a validated [`Scene`] out: plain data, no GPU.
 //!
-//! This is the only crate that knows glTF. Everything downstream (BVH, lights, kernels) reads
+//! This is the only crate that reads glTF. Everything downstream (BVH, lights, kernels) reads
 //! [`Scene`] and can rely on the invariants of its types: indices in range, finite numbers where
 //! stated, textures decoded.
 //!

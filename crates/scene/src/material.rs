@@ -1,8 +1,8 @@
 use crate::layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 use crate::texture::{NormalTexture, TextureRef};
 
-/// A glTF metallic-roughness material with the extensions that Surelight knows, by their glTF names
-/// and defaults.
+/// A glTF metallic-roughness material with the supported extensions, by their glTF names and
+/// defaults.
 ///
 /// Factors are inside the ranges that glTF states; textures multiply them.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,7 +15,7 @@ pub(crate) fn result(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes a line to standard error; where nobody listens, nothing is lost.
+/// Writes a line to standard error; a closed stream is no error.
 pub(crate) fn note(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(line));
 }

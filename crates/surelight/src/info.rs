@@ -98,7 +98,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
 struct Bvh {
     /// Nodes, triangles and instances of the kernel's stream.
     items: usize,
-    /// Entries that a walk's stack needs.
+    /// Entries of the traversal stack.
     stack_depth: u32,
     /// Left out: corners that are not finite.
     non_finite_triangles: u64,

@@ -222,7 +222,7 @@ impl Integration<'_> {
     }
 }
 
-/// Points an axis that a rule can take: Simpson's are odd and at least 3.
+/// Points per axis that a rule can take: Simpson's are odd and at least 3.
 fn odd_for(rule: Rule, points: usize) -> Option<usize> {
     let points = if rule == Rule::Simpson && points.is_multiple_of(2) { points.saturating_sub(1) } else { points };
     (points >= if rule == Rule::Simpson { 3 } else { 1 }).then_some(points)

@@ -137,7 +137,7 @@ fn judge(report: &mut Report) {
         doubts.push(format!("{} samples were not finite and were left out", report.dropped_samples));
     }
     if report.truncated_rays > 0 {
-        doubts.push(format!("{} rays were given up, their samples incomplete", report.truncated_rays));
+        doubts.push(format!("{} rays were cut short, their samples are incomplete", report.truncated_rays));
     }
     if report.luminance.half_width.is_none() {
         doubts.push("one estimate alone has no error bar".to_owned());

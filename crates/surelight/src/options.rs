@@ -177,9 +177,9 @@ impl RenderArgs {
     pub(crate) fn output_conflict(&self) -> Option<&'static str> {
         let only_stdout = self.writes_to_stdout() && self.outputs.len() == 1;
         if self.json && self.writes_to_stdout() {
-            Some("the arguments '--json' and '-o -' both want standard output; name a file for one of them")
+            Some("the arguments '--json' and '-o -' both use standard output; name a file for one of them")
         } else if self.parts.resume && only_stdout {
-            Some("the argument '--resume' needs an output that is a file: the checkpoint lies beside it")
+            Some("the argument '--resume' needs an output that is a file: the checkpoint is beside it")
         } else {
             None
         }

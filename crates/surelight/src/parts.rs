@@ -36,7 +36,7 @@ pub(crate) struct PartArgs {
     /// Continue or extend an earlier run
     ///
     /// From its checkpoint, bit for bit; or from the finished .exr of the same name, to which the
-    /// samples that --spp, --time or --error still require are added: same mean, honest error bars.
+    /// samples that --spp, --time or --error still require are added: same mean, valid error bars.
     /// The .exr keeps the necessary sums. Without either, the render starts over.
     #[arg(long, help_heading = heading::PARTS)]
     pub(crate) resume: bool,

@@ -68,7 +68,7 @@ pub(crate) struct Summary {
     pub(crate) intervals: Intervals,
     /// Samples that were not finite and were left out.
     pub(crate) dropped_samples: u64,
-    /// Rays that were given up, their samples incomplete.
+    /// Rays that were cut short, their samples incomplete.
     pub(crate) truncated_rays: u64,
     /// Options in force that bias the picture, and light that no path finds.
     pub(crate) biased: Vec<String>,

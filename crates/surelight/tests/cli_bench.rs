@@ -225,7 +225,7 @@ fn shared_paths_can_be_raced() {
     // Light of one bounce is from lamps alone.
     let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
     assert_eq!(output, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
-    // Where they are shared, more rays are walked for as many paths.
+    // With path reuse, more rays are traced for as many paths.
     let rays = |method| data.scenes[0].rows_of(method).filter(|row| row.spp == 4).map(|row| row.rays).sum::<u64>();
     assert_eq!(rays(0), rays(1));
     assert!(rays(3) > rays(2) + rays(2) / 10, "{} against {}", rays(3), rays(2));

@@ -38,7 +38,7 @@ fn standard_output_has_the_bytes_of_the_file() {
         let ran = run(&folder, &format!("{{box}} {SMALL} -o - --format {format}"), b"");
         assert_eq!(ran.status.code(), Some(0));
         assert!(ran.stdout == fs::read(folder.path(&format!("a.{format}"))).unwrap(), "{format}");
-        // The summary goes where it is in nobody's way.
+        // The summary goes to standard error.
         let stderr = String::from_utf8(ran.stderr).unwrap();
         assert!(stderr.contains("image     standard output (8x8)") && stderr.contains("noise     "), "{stderr}");
     }
@@ -88,7 +88,7 @@ fn a_closed_pipe_is_one_sentence() {
     }
 }
 
-/// Without a file there is no place for a checkpoint; with one, it lies beside the file.
+/// Without a file there is no place for a checkpoint; with one, it is beside the file.
 #[test]
 fn a_render_that_ends_early_writes_what_it_has() {
     let folder = Folder::new();

@@ -9,7 +9,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Benches that the script knows.
+/// Benches of the script.
 const BENCHES: [&str; 3] = ["gpu", "bounces", "device"];
 
 /// Tests that say most about a driver, in this order; those that need no device, or files, stay

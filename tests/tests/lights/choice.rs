@@ -9,8 +9,8 @@ use surelight_tests::scenes::map;
 
 use crate::lamps::{Chosen, POINT, POSITION, SAMPLES, area_pdf, chosen, lamps, samples_of, scene};
 
-/// The table's choice among a lamp, a point light and an environment follows the probabilities that
-/// samples claim.
+/// The table's choice among a lamp, a point light and an environment follows the stated
+/// probabilities of samples.
 #[test]
 fn choice_follows_the_pdf() {
     let lamps: Vec<_> = lamps().into_iter().take(1).collect();
@@ -72,7 +72,7 @@ fn choice_is_half_even_half_by_power() {
 /// A large map leaves the choice of a texel few random bits, and among other lights fewer: a bright
 /// spot in a dark sky must still be chosen as often as it should.
 ///
-/// A million samples of the sky know its share, about 2/3, to 0.07 %: a bias of 0.33 % would be
+/// A million samples of the sky estimate its share, about 2/3, to 0.07 %: a bias of 0.33 % would be
 /// detected 9 times in 10.
 #[test]
 fn large_maps_are_sampled_fairly() {

@@ -1,4 +1,4 @@
-//! Cases 42 and 43: random numbers that do not repeat, and do not know of one another.
+//! Cases 42 and 43: random numbers that do not repeat, and are independent of one another.
 
 use std::collections::HashMap;
 

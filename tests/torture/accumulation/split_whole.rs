@@ -80,7 +80,7 @@ fn split_whole_by_tiles() {
     }
 }
 
-/// A kernel that walks rays again and again, to be timed, makes the same picture.
+/// A kernel that traverses rays repeatedly, for timing, makes the same picture.
 #[test]
 fn however_often_rays_are_walked() {
     let mut prepared = cornell(6);
@@ -90,7 +90,7 @@ fn however_often_rays_are_walked() {
     for walks in [1, 3] {
         repeating.set_walks(walks);
         let before = repeating.counts;
-        assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} walks a ray");
+        assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} traversals per ray");
         assert!(repeating.counts.device_seconds > before.device_seconds);
     }
     // The clock of the device cannot show more than the wait for it.

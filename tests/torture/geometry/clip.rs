@@ -53,7 +53,7 @@ fn settings() -> Settings {
     Settings::new(SIDE, SIDE)
 }
 
-/// The picture, whose kernel knows of the planes if they cut something.
+/// The picture, whose kernel contains the planes if they clip something.
 fn picture(scene: &Scene, settings: &Settings, cut: ActiveClipPlanes) -> Film {
     let prepared = prepare(scene, settings);
     assert_eq!(prepared.cut, cut);
@@ -208,7 +208,7 @@ fn planes_that_cut_nothing() {
         let wgsl = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")).wgsl;
         (prepared.key(), wgsl, bits(&picture(&scene, &settings(), ActiveClipPlanes::default())))
     });
-    assert!(!whole.1.contains("clip"), "the kernel knows of clipping");
+    assert!(!whole.1.contains("clip"), "the kernel contains clipping");
     assert!(clipped == whole, "planes that cut nothing change the kernel or the picture");
 }
 

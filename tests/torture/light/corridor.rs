@@ -4,7 +4,7 @@ use surelight_render::Settings;
 use surelight_scenes::probes;
 use surelight_tests::render::{all, render};
 
-/// Light between two mirrors: Fᵏ after k reflections, without variance while roulette spares the
+/// Light between two mirrors: Fᵏ after k reflections, without variance while roulette keeps the
 /// path.
 #[test]
 fn mirror_corridor() {

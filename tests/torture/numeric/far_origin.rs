@@ -101,7 +101,7 @@ fn pictures() {
     }
 }
 
-/// Vertices at 1e5 keep 2^-7 of a unit: a room whose corners lie on that grid is the same room, and
+/// Vertices at 1e5 keep 2^-7 of a unit: a room whose corners are on that grid is the same room, and
 /// its furnace exact.
 #[test]
 fn rooms_with_far_vertices() {

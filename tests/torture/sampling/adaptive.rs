@@ -40,7 +40,7 @@ fn trace_from(renderer: &mut Renderer<'_>, window: Window, first: u32, batches: 
 
 /// Measures noise as for a render of 64 samples. Returns the mean share of all pixels.
 fn adapt(renderer: &mut Renderer<'_>) -> f64 {
-    assert!(renderer.adapt(Some(64), &mut |_| true).unwrap_or_else(|e| panic!("{e}")), "nobody stops it");
+    assert!(renderer.adapt(Some(64), &mut |_| true).unwrap_or_else(|e| panic!("{e}")), "nothing stops it");
     renderer.mean_share(&Window::all(SIZE[0], SIZE[1]))
 }
 

@@ -14,8 +14,7 @@ const FULL_RELATIVE: f64 = 0.5;
 /// Either arm rises evenly in luminance, so that it reads in grey too, and the two arms are equally
 /// bright.
 pub fn heat_color(amount: f64) -> [u8; 3] {
-    // Linear Rec. 709; luminances 0, 0.04, 0.25, 0.85 lie about evenly in lightness (0, 24, 57,
-    // 94).
+    // Linear Rec. 709; luminances 0, 0.04, 0.25, 0.85 are about even in lightness (0, 24, 57, 94).
     const WARM: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.165, 0.005, 0.02], [0.72, 0.13, 0.02], [1.0, 0.84, 0.5]];
     const COOL: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.012, 0.03, 0.22], [0.03, 0.29, 0.5], [0.6, 0.93, 0.8]];
     if amount.is_nan() {

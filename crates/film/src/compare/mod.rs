@@ -1,5 +1,5 @@
-//! Are two pictures the same? Metrics for how far apart they are, and a statistical verdict where
-//! both know their errors.
+//! Compares two pictures: metrics of their distance, and a statistical verdict where both have
+//! error estimates.
 //!
 //! A metric cannot separate noise from bias; [`Verdict`] can. FLIP is for people: it hides bias.
 
@@ -156,8 +156,8 @@ pub struct Comparison {
     pub metrics: Metrics,
     /// Mean LDR-FLIP of the displayed pictures, 0 to 1.
     pub flip: f64,
-    /// Whether they differ by more than their errors explain; `None` where one does not know its
-    /// errors.
+    /// Whether they differ by more than their errors explain; `None` where one has no error
+    /// estimate.
     pub verdict: Option<Verdict>,
     /// Pixels left out because a value or variance is not finite.
     pub skipped: usize,

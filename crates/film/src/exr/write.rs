@@ -116,7 +116,7 @@ impl PixelFindings {
     }
 }
 
-/// A non-negative number to 9 bits, which halves its size in the file. Batches know squares to 5.
+/// A non-negative number to 9 bits, which halves its size in the file. Batches have squares to 5.
 fn rounded(x: f32) -> f32 {
     const DROPPED: u32 = 15;
     let bits = (x.to_bits() + (1 << (DROPPED - 1))) >> DROPPED << DROPPED;
@@ -132,7 +132,7 @@ struct Channel<'a> {
     bits: Bits<'a>,
 }
 
-/// All channels in the order of their names, as the format wants them.
+/// All channels in the order of their names, as the format requires.
 struct Channels<'a> {
     list: Vec<Channel<'a>>,
     width: usize,

@@ -10,7 +10,7 @@ use crate::kind::kind_of;
 /// Texels that one map may have: 16 k × 8 k.
 const MAX_TEXELS: u64 = 128 << 20;
 /// A map with more texels than this must have [`MAX_TEXELS_PER_BYTE`] at most, or its header is
-/// taken for a lie: memory is allocated before the decoder can find out.
+/// treated as wrong: memory is allocated before the decoder can detect it.
 const TRUSTED_TEXELS: u64 = 16 << 20;
 /// Run lengths of Radiance reach 16 texels per byte, ZIP on noise-free halves somewhat more.
 const MAX_TEXELS_PER_BYTE: u64 = 24;

@@ -1,4 +1,4 @@
-//! OpenEXR, by the crate `exr`: which of a file's channels are the picture, and where they lie.
+//! OpenEXR, by the crate `exr`: the channels of the picture, and its position.
 
 use std::collections::HashSet;
 use std::io::Cursor;

@@ -146,7 +146,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     }
     let extensions = extensions::check(&document, &mut warnings)?;
 
-    // A bare file name has an empty parent, which no file system knows.
+    // A bare file name has an empty parent, which is no path to a file system.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folders = Folders::new(folder, &options.allow_outside);
     let buffers = Buffers::new(&document, &folders, container.bin, options);

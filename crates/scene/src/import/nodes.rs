@@ -1,4 +1,4 @@
-//! The node hierarchy: checked to be a forest, then walked without recursion, in f64.
+//! The node hierarchy: checked to be a forest, then traversed without recursion, in f64.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use serde::Deserialize;

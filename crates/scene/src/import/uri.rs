@@ -22,7 +22,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 /// Entries of a folder that the search for a near match reads.
 const MAX_ENTRIES: usize = 1 << 12;
 
-/// Where the files that URIs name may lie.
+/// The folders in which files of URIs may be.
 #[derive(Debug)]
 pub(crate) struct Folders<'a> {
     /// The scene's folder, which URIs are relative to.
@@ -293,7 +293,7 @@ pub(crate) fn read_file(path: &Path, limit: u64, place: &str) -> Result<Vec<u8>>
         return Err(too_large());
     }
     let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    // Devices and growing files have no honest length.
+    // Devices and growing files have no reliable length.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(fault)?;
     if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
 }

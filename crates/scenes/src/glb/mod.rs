@@ -38,7 +38,7 @@ pub enum EncodeError {
         /// Its name.
         name: String,
     },
-    /// The writer knows TEXCOORD_0 and TEXCOORD_1 only.
+    /// The writer supports TEXCOORD_0 and TEXCOORD_1 only.
     #[error("mesh {index} (\"{name}\") has {sets} UV sets; at most two can be written")]
     TooManyUvSets {
         /// Index of the mesh.

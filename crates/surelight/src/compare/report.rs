@@ -33,7 +33,7 @@ pub(super) struct Report {
     rel_mse: f64,
     smape: f64,
     flip: f64,
-    /// `null` where an image does not know its errors.
+    /// `null` where an image has no error estimate.
     verdict: Option<Judgement>,
     /// `null` without `--plan`, without a verdict, and where there is no noise or no light.
     plan: Option<Plan>,
@@ -152,10 +152,10 @@ fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], pictures: [&Pict
     let known = pictures.map(|picture| picture.variance.is_some());
     for (name, picture) in names.iter().zip(pictures) {
         if picture.variance.is_none() {
-            notes.push(format!("{name} does not know its variance, so there is no verdict"));
+            notes.push(format!("{name} has no variance, so there is no verdict"));
         } else if picture.tail.is_none() {
             notes.push(format!(
-                "{name} does not know its tails (Tail.K): the verdict takes its variance to be right, \
+                "{name} has no tails (Tail.K): the verdict treats its variance as exact, \
                  as it is not where light comes by rare, bright samples"
             ));
         }

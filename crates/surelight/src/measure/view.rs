@@ -8,12 +8,12 @@ use super::args::MeasureArgs;
 use crate::camera::{self, View};
 use crate::error::Error;
 
-/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU wants many.
+/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU needs many.
 const CPU_SIDE: u32 = 64;
 const GPU_SIDE: u32 = 256;
 
 /// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a
-/// surface through the point may so lie a few times that off.
+/// surface through the point may be off by a few times that.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// A measurement as a render.

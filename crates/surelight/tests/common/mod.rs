@@ -83,7 +83,7 @@ impl Ran {
         assert_eq!(self.code, Some(1), "{self:#?}");
         assert_eq!(self.stdout, "", "{self:#?}");
         let lines: Vec<_> = self.stderr.lines().collect();
-        assert_eq!(lines.len(), 1, "one sentence is wanted: {self:#?}");
+        assert_eq!(lines.len(), 1, "one sentence is expected: {self:#?}");
         assert!(lines[0].starts_with("error: "), "{self:#?}");
         assert!(!lines[0].contains("panicked") && !lines[0].contains("defect"), "{self:#?}");
         for word in words {

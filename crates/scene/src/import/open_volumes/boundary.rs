@@ -89,7 +89,7 @@ fn merge(at: &[DVec3]) -> Vec<u32> {
 /// the cycle around it.
 fn walk(at: &[DVec3], mut edges: Vec<Edge>, sets: &mut Sets) -> Vec<Opening> {
     const NOWHERE: usize = usize::MAX;
-    // Where the edges of each vertex begin and end that are still to be walked.
+    // Where the edges of each vertex begin and end that are still to be visited.
     let mut ways = vec![[0; 2]; at.len()];
     for (i, edge) in edges.iter().enumerate() {
         let [first, end] = &mut ways[edge.from as usize];
