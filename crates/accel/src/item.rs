@@ -295,7 +295,7 @@ mod tests {
             // Only rays whose f32 direction really hits the box are a test.
             let d = exact.normalize().as_vec3();
             let Some(reach) = exact_span(o, d, b) else { continue };
-            let entered = crate::traversal::enter_for_tests(&item, o, d);
+            let entered = crate::traversal::child_entries_for_tests(&item, o, d);
             assert!(entered[c].is_some(), "{seed}: {b:?} from {o} along {d}, span {reach:?}");
             tight += u32::from(reach[1] - reach[0] <= 1e-6 * reach[1]);
         }

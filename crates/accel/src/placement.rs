@@ -109,7 +109,7 @@ fn uses(scene: &Scene) -> Vec<usize> {
 }
 
 /// Whether each mesh is placed as instances, wherever its placement can be inverted.
-fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
+fn meshes_to_instance(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
     let uses = uses(scene);
     let copies = |k: usize| scene.meshes[k].triangles.len().saturating_mul(uses[k]);
     let is_candidate = |k: usize| {
@@ -129,7 +129,7 @@ fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
 /// Whether a build will most probably place some mesh as instances, predicted without building:
 /// wrong where none of its placements can be inverted, or none of its triangles is sound.
 pub fn expects_instances(scene: &Scene, options: &BuildOptions) -> bool {
-    shared(scene, options).contains(&true)
+    meshes_to_instance(scene, options).contains(&true)
 }
 
 pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Placed {
@@ -139,9 +139,13 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     };
 
     let uses = uses(scene);
-    let shared = shared(scene, options);
-    let reach: Vec<f64> =
-        scene.meshes.iter().zip(&shared).map(|(mesh, &shared)| if shared { reach(mesh) } else { 0.0 }).collect();
+    let meshes_to_instance = meshes_to_instance(scene, options);
+    let reach: Vec<f64> = scene
+        .meshes
+        .iter()
+        .zip(&meshes_to_instance)
+        .map(|(mesh, &meshes_to_instance)| if meshes_to_instance { reach(mesh) } else { 0.0 })
+        .collect();
 
     let mut slot_of = vec![None; scene.meshes.len()];
     let mut mesh_of_slot = Vec::new();
@@ -149,7 +153,7 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     let mut copied = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let to_world = to_camera(instance);
-        let inverse = if shared[instance.mesh] { invert(&to_world, reach[instance.mesh]) } else { None };
+        let inverse = if meshes_to_instance[instance.mesh] { invert(&to_world, reach[instance.mesh]) } else { None };
         match inverse {
             Some(to_object) => {
                 let mesh = *slot_of[instance.mesh].get_or_insert_with(|| {

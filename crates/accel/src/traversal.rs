@@ -88,7 +88,7 @@ impl Local {
     }
 
     /// Distance at which each child is entered.
-    fn enter(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
+    fn child_entries(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
         let r = self.reciprocal;
         let m = item.step() * r;
         let n = (item.vec3(0) - self.origin) * r;
@@ -99,11 +99,11 @@ impl Local {
         };
         let words = [words(0), words(1), words(2)];
         let mut out = [None; 4];
-        for (c, entry) in out.iter_mut().enumerate().take(count as usize) {
+        for (c, stack_entry) in out.iter_mut().enumerate().take(count as usize) {
             let t = |side: usize, axis: usize| f32::from(words[axis][side].to_le_bytes()[c]) * m[axis] + n[axis];
             let near = t(0, 0).max(t(0, 1)).max(t(0, 2)).max(t_min);
             let far = (t(1, 0).min(t(1, 1)).min(t(1, 2)) * SLAB_PADDING).min(t_max);
-            *entry = (near <= far).then_some(near);
+            *stack_entry = (near <= far).then_some(near);
         }
         out
     }
@@ -146,7 +146,7 @@ impl Local {
 }
 
 /// The children still to be visited, as a stack entry; `order` is sorted, [`MISS`] last.
-fn entry(base: u32, order: [u32; 3]) -> u32 {
+fn stack_entry(base: u32, order: [u32; 3]) -> u32 {
     let first = order[0] & 3;
     let second = if order[1] == MISS { first } else { order[1] & 3 };
     let third = if order[2] == MISS { second } else { order[2] & 3 };
@@ -190,7 +190,7 @@ impl Accel {
                     // Distances are not negative, so their bits sort like integers; the two lowest
                     // make room for the child.
                     let mut order = [MISS; 4];
-                    for (c, t) in local.enter(item, count, ray.t_min, t_max).into_iter().enumerate() {
+                    for (c, t) in local.child_entries(item, count, ray.t_min, t_max).into_iter().enumerate() {
                         if let Some(t) = t {
                             order[c] = t.to_bits() & !3 | c as u32;
                         }
@@ -200,7 +200,7 @@ impl Accel {
                         next = Some(item.0[4] + (order[0] & 3));
                     }
                     if order[1] != MISS {
-                        stack[height] = entry(item.0[4], [order[1], order[2], order[3]]);
+                        stack[height] = stack_entry(item.0[4], [order[1], order[2], order[3]]);
                         height += 1;
                     }
                 }
@@ -246,11 +246,11 @@ impl Accel {
     }
 }
 
-/// [`Local::enter`] for a node on its own.
+/// [`Local::child_entries`] for a node on its own.
 #[cfg(test)]
-pub(crate) fn enter_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
+pub(crate) fn child_entries_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
     let Kind::Node(count) = item.kind() else { return [None; 4] };
-    Local::new(origin, direction).enter(item, count, 0.0, 1e30)
+    Local::new(origin, direction).child_entries(item, count, 0.0, 1e30)
 }
 
 #[cfg(test)]
@@ -264,7 +264,7 @@ mod tests {
             for (slot, c) in order.iter_mut().zip(list) {
                 *slot = 1000 << 2 | c;
             }
-            let mut top = entry(0x3ff_fffe, order);
+            let mut top = stack_entry(0x3ff_fffe, order);
             let mut given = Vec::new();
             loop {
                 assert!(top >> 6 == 0x3ff_fffe);

@@ -72,7 +72,7 @@ impl Bounds {
 
     /// A box within this one that none of `parts` overlaps. Between two neighbouring edges, all
     /// points are equivalent.
-    fn hole(&self, parts: &[Self]) -> Option<Self> {
+    fn uncovered_box(&self, parts: &[Self]) -> Option<Self> {
         let samples = cuts(parts.iter().flat_map(|p| p.samples), self.samples);
         for samples in samples.windows(2).map(|w| [w[0], w[1]]) {
             let at = |part: &&Self| part.samples[0] <= samples[0] && samples[1] <= part.samples[1];
@@ -240,16 +240,16 @@ impl MergePlan {
         let end = first.part().planned_samples.unwrap_or(around.samples[1]).max(around.samples[1]);
         let all = Bounds { edges: Window::all(whole[0], whole[1]).edges(), samples: [0, end] };
         let filled: u128 = boxes.iter().map(Bounds::volume).sum();
-        let lacking = |hole: Bounds| Missing {
-            samples: hole.samples,
-            edges: hole.edges,
-            all_pixels: hole.edges == all.edges,
+        let lacking = |uncovered_box: Bounds| Missing {
+            samples: uncovered_box.samples,
+            edges: uncovered_box.edges,
+            all_pixels: uncovered_box.edges == all.edges,
             share: (all.volume() - filled) as f64 / all.volume().max(1) as f64,
         };
-        if let Some(hole) = around.hole(&boxes) {
-            return Err(MergeError::Hole(lacking(hole)));
+        if let Some(uncovered_box) = around.uncovered_box(&boxes) {
+            return Err(MergeError::Hole(lacking(uncovered_box)));
         }
-        let missing = all.hole(&boxes).map(lacking);
+        let missing = all.uncovered_box(&boxes).map(lacking);
         let [x0, y0, x1, y1] = around.edges;
         let window = Window { whole, corner: [x0, y0], size: [x1 - x0, y1 - y0] };
         Ok(Self { parts, window, samples: around.samples, missing })

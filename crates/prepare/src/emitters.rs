@@ -60,7 +60,7 @@ pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integra
         && coat.roughness_texture.is_none()
         && material.alpha_mode == AlphaMode::Opaque;
     if !plain || integrator == Integrator::Whitted {
-        return parallelograms::alone(triangles.len());
+        return parallelograms::unpaired(triangles.len());
     }
     let positions = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
     parallelograms::join(&triangles.iter().map(positions).collect::<Vec<_>>())

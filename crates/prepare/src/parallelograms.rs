@@ -23,7 +23,7 @@ const ROUNDINGS: f32 = 4.0 * f32::EPSILON;
 const SHARE: f32 = 1e-5;
 
 /// Triangles as they come, each alone.
-pub(super) fn alone(count: usize) -> Vec<Facet> {
+pub(super) fn unpaired(count: usize) -> Vec<Facet> {
     (0..count).map(|triangle| Facet { triangle, corner: 0, other: None }).collect()
 }
 
@@ -54,7 +54,7 @@ pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Facet> {
         }
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut pieces = alone(triangles.len());
+    let mut pieces = unpaired(triangles.len());
     let mut taken = vec![false; triangles.len()];
     let mut joined = vec![false; triangles.len()];
     for (_, i, corner, j) in pairs {
@@ -107,7 +107,7 @@ mod tests {
         let bent = d + 1e-3 * Vec3::Z;
         let kite = d - 0.1 * Vec3::X;
         for pair in [[[a, b, c], [a, c, bent]], [[a, b, c], [a, c, kite]], [[a, b, c], [a, d, c]]] {
-            assert_eq!(join(&pair), alone(2), "{pair:?}");
+            assert_eq!(join(&pair), unpaired(2), "{pair:?}");
         }
         assert_eq!(join(&[[a, b, c], [a, c, d]]).len(), 1);
         assert!(join(&[]).is_empty());

@@ -178,9 +178,9 @@ impl Prepared {
             }
         };
         let key = if caustics.is_some() {
-            key.by(Estimator::LightTracing)?
+            key.with_estimator(Estimator::LightTracing)?
         } else if shares(integrator) {
-            key.by(Estimator::PathReuse)?
+            key.with_estimator(Estimator::PathReuse)?
         } else {
             key
         };
@@ -365,9 +365,9 @@ impl Tables {
         let shared = may_reuse_paths(&Settings { integrator, ..settings.clone() }, &key)
             && (settings.path_reuse == PathReuse::On || settings.path_reuse == PathReuse::Auto && !key.has(Part::Ggx));
         let key = if traced {
-            key.by(Estimator::LightTracing)?
+            key.with_estimator(Estimator::LightTracing)?
         } else if shared {
-            key.by(Estimator::PathReuse)?
+            key.with_estimator(Estimator::PathReuse)?
         } else {
             key
         };

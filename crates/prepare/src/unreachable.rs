@@ -127,7 +127,7 @@ pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&
     let mut found = Vec::new();
     if let Some(eye) = eye {
         let specular = scene.materials.iter().map(specular_share).collect();
-        let share = SpecularWalk { scene, accel, specular }.seen(eye);
+        let share = SpecularWalk { scene, accel, specular }.unscattered_share(eye);
         if !lights.is_empty() && share >= MIN_SHARE {
             found.push(Unreachable::SeenBehind { lights, share });
         }
@@ -170,7 +170,7 @@ pub(super) fn point(i: u32, n: u32) -> DVec2 {
 }
 
 /// A direction by its cosine and turn about an axis.
-pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+pub(super) fn direction_around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let (sin, cos) = (TAU * turn).sin_cos();
     axis * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
@@ -221,7 +221,7 @@ impl SpecularWalk<'_> {
     }
 
     /// The share of the picture in which light continues unscattered.
-    fn seen(&self, eye: &CameraRays) -> f64 {
+    fn unscattered_share(&self, eye: &CameraRays) -> f64 {
         let share = |i: u32| {
             let u = point(i, RAYS) * 2.0 - 1.0;
             let across = eye.right * u.x + eye.up * u.y;

@@ -134,7 +134,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
         focus: view.lens.map(|lens| lens.focus),
         ..Settings::new(view.size.width, view.size.height)
     };
-    warnings.extend(camera::cut_warning(&view.camera, ActiveClipPlanes::find(&scene, &view.camera, &settings)));
+    warnings.extend(camera::clipping_warning(&view.camera, ActiveClipPlanes::find(&scene, &view.camera, &settings)));
     let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
     let stem = if stem.is_empty() { "scene".to_owned() } else { stem };
     let mut name = stem.clone();

@@ -65,7 +65,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
 }
 
 /// A warning where the camera's clipping planes cut something off the picture.
-pub(crate) fn cut_warning(camera: &Camera, cut: ActiveClipPlanes) -> Option<String> {
+pub(crate) fn clipping_warning(camera: &Camera, cut: ActiveClipPlanes) -> Option<String> {
     let ClipRange { near, far } = camera.clip;
     let what = match (cut.near, cut.far) {
         (true, true) => format!("nearer than znear = {near} m and farther than zfar = {far} m"),
@@ -176,9 +176,9 @@ mod tests {
         assert_eq!(view(Clip::On).camera.clip, clip);
         assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
         let cut = ActiveClipPlanes { near: true, ..ActiveClipPlanes::default() };
-        let text = cut_warning(&scene.cameras[0], cut).unwrap();
+        let text = clipping_warning(&scene.cameras[0], cut).unwrap();
         assert_eq!(text, "camera \"a\" does not show surfaces nearer than znear = 2 m (--clip off shows them)");
-        assert_eq!(cut_warning(&scene.cameras[0], ActiveClipPlanes::default()), None);
+        assert_eq!(clipping_warning(&scene.cameras[0], ActiveClipPlanes::default()), None);
     }
 
     #[test]

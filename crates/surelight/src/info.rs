@@ -85,7 +85,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
         })
         .collect();
     let mut warnings = scene.warnings;
-    warnings.extend(camera::cut_warning(&view.camera, prepared.cut));
+    warnings.extend(camera::clipping_warning(&view.camera, prepared.cut));
     warnings.extend(view.note);
     warnings.extend(note);
     warnings.extend(unfound);

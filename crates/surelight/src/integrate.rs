@@ -160,7 +160,7 @@ impl Integration<'_> {
         let started = Instant::now();
         let Ok(grid) = self.integrand.grid(rule, points)? else { return Ok(row) };
         row.seconds = started.elapsed().as_secs_f64();
-        if let Some(coarser) = odd_for(rule, points / 2).filter(|&c| c < points)
+        if let Some(coarser) = points_for_rule(rule, points / 2).filter(|&c| c < points)
             && let Ok(coarse) = self.integrand.grid(rule, coarser)?
         {
             row.change = Some((grid.estimate - coarse.estimate).abs());
@@ -182,7 +182,7 @@ impl Integration<'_> {
         let mut found: Vec<(f64, f64)> = Vec::new();
         let ladder = std::iter::successors(Some(1), |&points: &usize| Some(points + (points / 2).max(1)));
         for points in ladder.take_while(|&points| points < max_grid_points).chain([max_grid_points]) {
-            if let Some(points) = odd_for(rule, points)
+            if let Some(points) = points_for_rule(rule, points)
                 && let Ok(grid) = self.integrand.grid(rule, points)?
                 && found.last().is_none_or(|last| last.0 < grid.evaluations as f64)
             {
@@ -223,7 +223,7 @@ impl Integration<'_> {
 }
 
 /// Points per axis that a rule can take: Simpson's are odd and at least 3.
-fn odd_for(rule: Rule, points: usize) -> Option<usize> {
+fn points_for_rule(rule: Rule, points: usize) -> Option<usize> {
     let points = if rule == Rule::Simpson && points.is_multiple_of(2) { points.saturating_sub(1) } else { points };
     (points >= if rule == Rule::Simpson { 3 } else { 1 }).then_some(points)
 }
@@ -240,7 +240,7 @@ fn max_grid_points(rule: Rule, samples: u64, dimensions: usize) -> Option<usize>
         points -= 1;
     }
     let limit = if rule == Rule::GaussLegendre { MAX_GAUSS_POINTS } else { 1 << 22 };
-    odd_for(rule, (points as usize).min(limit))
+    points_for_rule(rule, (points as usize).min(limit))
 }
 
 /// Quadrature rules whose result the sampling with the narrowest interval contradicts.

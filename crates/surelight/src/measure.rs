@@ -56,7 +56,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
-    warnings.extend(camera::cut_warning(&setup.camera, prepared.cut));
+    warnings.extend(camera::clipping_warning(&setup.camera, prepared.cut));
     let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup, batch: 0 };
     let unreachable = prepared.unreachable.clone();
     drop(prepared);
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
         scene: args.scene.name().display().to_string(),
         quantity: if setup.settings.receiver {
             "irradiance"
-        } else if setup.same {
+        } else if setup.same_quantity {
             "radiance"
         } else {
             "mean radiance"
@@ -205,7 +205,7 @@ impl Measurement<'_> {
 
     fn tally(&self) -> Tally {
         let settings = &self.setup.settings;
-        Tally::new(settings.width as usize * settings.height as usize, self.setup.same)
+        Tally::new(settings.width as usize * settings.height as usize, self.setup.same_quantity)
     }
 
     /// Fixes the number of samples, by a pilot where `--error` or `--time` says when to stop.
@@ -215,11 +215,11 @@ impl Measurement<'_> {
         let patience = args.time.or(args.error.map(|_| PATIENCE));
         let deadline = patience.map(|time| start + time);
         let limited = args.error.is_some() || args.time.is_some();
-        let default = (!limited).then_some(if self.setup.same { DEFAULT_SAMPLES } else { DEFAULT_SPP });
+        let default = (!limited).then_some(if self.setup.same_quantity { DEFAULT_SAMPLES } else { DEFAULT_SPP });
         // Samples of each pixel here.
-        let share = if self.setup.same { pixels } else { u64::from(self.setup.parts) };
+        let share = if self.setup.same_quantity { pixels } else { u64::from(self.setup.parts) };
         let samples_requested = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
-        let least = if self.setup.same { 1 } else { MIN_BATCHES };
+        let least = if self.setup.same_quantity { 1 } else { MIN_BATCHES };
         let mut plan = Plan { pixels, samples: 1, batches: u32::MAX, deadline, pilot_samples: 0, end: "done" };
         if !limited {
             let each = samples_requested.unwrap_or(1);
@@ -227,7 +227,7 @@ impl Measurement<'_> {
             plan.batches = each.div_ceil(plan.samples.into()).clamp(least.into(), u32::MAX.into()) as u32;
             return Ok(plan);
         }
-        let pilot_each = if self.setup.same { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
+        let pilot_each = if self.setup.same_quantity { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
         let mut pilot = self.tally();
         self.batch = PILOT_FIRST;
         let paths_before = self.renderer.counts.paths;
@@ -271,7 +271,7 @@ impl Measurement<'_> {
     /// two).
     fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
         let mut tally = self.tally();
-        let least = if self.setup.same { 1 } else { 2 };
+        let least = if self.setup.same_quantity { 1 } else { 2 };
         let began = Instant::now();
         let mut next = LOG_INTERVAL_SECONDS;
         while tally.batches() < plan.batches {

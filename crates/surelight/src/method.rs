@@ -171,13 +171,13 @@ impl MethodArgs {
         if self.integrator().is_biased() {
             return Some(format!("integrator {}", word(self.integrator)));
         }
-        let missed = self.lights_missed(scene);
+        let missed = self.missed_lights(scene);
         (missed > 0).then(|| format!("integrator {} (misses {missed} lights without extent)", word(self.integrator)))
     }
 
     /// A warning where the integrator cannot find some of the scene's lights.
     pub(crate) fn warning(&self, scene: &Scene) -> Option<String> {
-        let missed = self.lights_missed(scene);
+        let missed = self.missed_lights(scene);
         if missed == 0 {
             return None;
         }
@@ -197,7 +197,7 @@ impl MethodArgs {
         ))
     }
 
-    fn lights_missed(&self, scene: &Scene) -> usize {
+    fn missed_lights(&self, scene: &Scene) -> usize {
         if self.integrator == Integrator::Hemisphere { scene.lights.len() } else { 0 }
     }
 }

@@ -281,7 +281,7 @@ impl KernelKey {
     ///
     /// # Errors
     /// Where a part excludes it.
-    pub fn by(self, estimator: Estimator) -> Result<Self, KeyError> {
+    pub fn with_estimator(self, estimator: Estimator) -> Result<Self, KeyError> {
         Self::new(estimator, self.points, self.camera, self.surroundings, self.parts)
     }
 

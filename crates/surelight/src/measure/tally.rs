@@ -19,9 +19,9 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Of so many pixels; `same`: all estimate the same number.
-    pub(super) fn new(pixels: usize, same: bool) -> Self {
-        let groups = vec![[Moments::default(); QUANTITIES]; if same { 1 } else { pixels }];
+    /// Of so many pixels; `same_quantity`: all estimate the same number.
+    pub(super) fn new(pixels: usize, same_quantity: bool) -> Self {
+        let groups = vec![[Moments::default(); QUANTITIES]; if same_quantity { 1 } else { pixels }];
         Self { groups, kept: Vec::new(), batches: 0 }
     }
 

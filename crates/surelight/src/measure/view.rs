@@ -23,7 +23,7 @@ pub(super) struct Setup {
     /// From the pixels' radiance to the quantity.
     pub(super) factor: f64,
     /// Whether all pixels estimate the same number; else their mean is the quantity.
-    pub(super) same: bool,
+    pub(super) same_quantity: bool,
     /// Pixels here for one of the user's.
     pub(super) parts: u32,
     pub(super) notes: Vec<String>,
@@ -34,7 +34,7 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
     let side = if is_cpu { CPU_SIDE } else { GPU_SIDE };
     let mut settings = Settings::new(side, side);
     let mut notes = Vec::new();
-    let (camera, factor, same, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
+    let (camera, factor, same_quantity, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
         (ray(point.into(), direction.into(), "--direction")?, 1.0, true, 1)
     } else if let (Some(point), Some(normal)) = (args.irradiance, args.normal) {
         settings.receiver = true;
@@ -71,7 +71,7 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
         integrator => integrator,
     };
     settings.sampler = args.method.sampler();
-    Ok(Setup { camera, settings, factor, same, parts, notes })
+    Ok(Setup { camera, settings, factor, same_quantity, parts, notes })
 }
 
 /// A camera all of whose rays are one.

@@ -55,7 +55,7 @@ impl Loaded {
         if broken > 0 {
             self.warnings.push(format!("{broken} triangles were left out because a corner of each is not finite"));
         }
-        self.warnings.extend(camera::cut_warning(&self.view.camera, prepared.cut));
+        self.warnings.extend(camera::clipping_warning(&self.view.camera, prepared.cut));
         if let Some(why) = prepared.no_caustics {
             self.warnings.push(format!("light tracing is off because {why}: the picture is that of --integrator mis"));
         }
