@@ -95,7 +95,7 @@ fn tracked(repository: &Path, paths: &[PathBuf]) -> Result<Vec<String>, String> 
 /// The table, compiled.
 fn rules() -> Vec<(Regex, &'static str)> {
     let compile = |&(pattern, instead): &(&str, &'static str)| {
-        let pattern = pattern.replace('<', r"(?:\b|_)").replace('>', r"(?:\b|_)");
+        let pattern = pattern.replace(['<', '>'], r"(?:\b|_)");
         let regex = RegexBuilder::new(&pattern).case_insensitive(true).build();
         (regex.expect("the table has valid patterns"), instead)
     };
