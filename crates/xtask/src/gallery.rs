@@ -66,15 +66,21 @@ pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String
     let render = |options: &[&str], outputs: &[&Path]| {
         let mut command = Command::new(&surelight);
         command.arg(&scene).args(["--size", SIZE, "--spp", &arguments.spp.to_string()]).args(options);
-        outputs.iter().for_each(|path| drop(command.arg("-o").arg(path)));
+        for path in outputs {
+            command.arg("-o").arg(path);
+        }
         let status = command.status().map_err(|e| format!("{} cannot be run: {e}", surelight.display()))?;
         if status.success() { Ok(()) } else { Err(format!("{} ended with {status}", surelight.display())) }
     };
+    // Renders keep their checkpoints beside them.
     let layers = scratch.join("still-life.exr");
-    let picture = target.join("still-life.png");
-    let detail = target.join("detail.png");
-    render(&[], &[&picture, &layers])?;
-    render(&["--camera", "detail", "--aperture", "0.01", "--focus", "0.9"], &[&detail])?;
+    let [picture, detail] = ["still-life.png", "detail.png"].map(|name| target.join(name));
+    let rendered = ["still-life.png", "detail.png"].map(|name| scratch.join(name));
+    render(&[], &[&rendered[0], &layers])?;
+    render(&["--camera", "detail", "--aperture", "0.01", "--focus", "0.9"], &[&rendered[1]])?;
+    for (from, to) in rendered.iter().zip([&picture, &detail]) {
+        fs::copy(from, to).map_err(|e| format!("{} cannot be written: {e}", to.display()))?;
+    }
 
     let exr = read_exr(&layers).map_err(|e| format!("{}: {e}", layers.display()))?;
     let error = target.join("error.png");
