@@ -31,11 +31,11 @@ fn line(row: &Row) -> String {
 
 fn page() -> String {
     let mut page = String::from(
-        "# What a kernel contains\n\n\
-         A kernel contains what its scene, its settings and its device need, and nothing else. After this\n\
-         page you know every part that there is: the condition that shader modules test with `@if(…)`, why\n\
-         a kernel has it, what it needs and what it excludes. `surelight info SCENE` shows the parts of one\n\
-         kernel.\n\n\
+        "# Parts of a kernel\n\n\
+         A kernel contains the parts that its scene, its settings and its device need, and nothing else.\n\
+         After this page you know all of them: the condition that shader modules test with `@if(…)`, the\n\
+         reason for which a kernel has a part, its needs and its exclusions. `surelight info SCENE` shows\n\
+         the parts of one kernel.\n\n\
          This page is made from the table in\n\
          [`crates/prepare/src/kernel_key/table.rs`](../crates/prepare/src/kernel_key/table.rs), which the\n\
          composer and the tests use as well; a test keeps it true.\n\n\

@@ -1,4 +1,4 @@
-//! A still life for the front page: what a renderer is wanted for, on one table.
+//! A still life for the front page: glass, metal, cloth, wood and lamplight on one table.
 //!
 //! A carafe and a ball of clear glass with their caustics, a bowl of brushed copper (anisotropy), velvet (sheen), a
 //! table whose wood is a texture painted by code, a lamp whose shade glows (diffuse transmission), and a window

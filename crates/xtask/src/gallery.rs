@@ -97,9 +97,9 @@ pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String
     Ok(())
 }
 
-/// Standard error of each pixel's luminance over the luminance, as the summary of a render has it: what is darker than
-/// a tenth of the mean counts as that bright. The variances of the channels are added as if they had one sign, which
-/// holds for grey light and is an upper bound for any.
+/// Standard error of each pixel's luminance over the luminance, as in a render's summary: pixels darker than a tenth of
+/// the mean are taken as that bright. The standard errors of the channels are added, which is exact for grey light and
+/// an upper bound for any other.
 fn error_map(exr: &ExrImage) -> Result<RgbImage, String> {
     let luminance = luminance(exr)?;
     let variance = exr.rgb("Variance").ok_or("the render has no variance")?;
@@ -128,7 +128,7 @@ fn error_map(exr: &ExrImage) -> Result<RgbImage, String> {
     Ok(map)
 }
 
-/// The picture in grey, tinted by what the render says of each pixel's error bar.
+/// The picture in grey, tinted by the verdict on each pixel's error bar.
 fn certified_mask(exr: &ExrImage) -> Result<RgbImage, String> {
     let certified = exr.channels.get("Certified.V").ok_or("the render has no certificates")?;
     let mut mask = canvas(exr);

@@ -183,7 +183,7 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
 /// From where the floor beside a globe is seen, and to where.
 const FLOOR_VIEW: [DVec3; 2] = [DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9)];
 
-/// The globe of the torture list about a bulb; the camera looks past it at the floor.
+/// The globe of the torture list about a bulb; the camera is directed past it at the floor.
 fn globe(radius: f64) -> Scene {
     let mut scene = light::sds(Some(radius));
     scene.cameras[0] = camera(FLOOR_VIEW[0], FLOOR_VIEW[1], 30.0);
@@ -210,7 +210,7 @@ fn point() -> Scene {
     scene
 }
 
-/// ρ/π·I·cosθ/r² over the picture: what the globe reflects comes out on its other side.
+/// ρ/π·I·cosθ/r² over the picture: reflections by the globe leave on its other side.
 fn point_mean() -> f64 {
     const GRID: u32 = 256;
     let [eye, target] = FLOOR_VIEW;
