@@ -120,7 +120,7 @@ fn error_map(exr: &ExrImage) -> Result<RgbImage, String> {
     for (label, value) in
         [("0.5 %", 0.005), ("1 %", 0.01), ("2 %", 0.02), ("5 %", 0.05), ("10 %", 0.1), ("20 %", 0.2), ("50 %", 0.5)]
     {
-        let at = (value / ERRORS[0] as f64).log10() / decades;
+        let at = (value / ERRORS[0]).log10() / decades;
         let x = f64::from(bar[0]) + at * f64::from(bar[1] - bar[0]) - 3.0 * label.len() as f64;
         words += &text(x as u32, height + 7, label);
     }
