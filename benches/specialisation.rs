@@ -34,10 +34,10 @@ const SECONDS: f64 = 0.5;
 
 /// Root modules of the kernels that a render runs.
 fn roots(key: &KernelKey) -> Vec<(&'static str, KernelKey)> {
-    let first_hits = ("package::kernel::features", key.first_hits());
+    let first_hits = ("package::kernel::first_hit", key.first_hits());
     let mut roots = vec![(path_kernel(key).0, *key), first_hits];
     if key.has(Part::Caustics) {
-        roots.push(("package::kernel::emit", *key));
+        roots.push(("package::kernel::light_tracing", *key));
     }
     roots
 }

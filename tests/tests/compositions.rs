@@ -6,11 +6,11 @@ use surelight_tests::kernel_keys::{constants, everything, key_of, shipped};
 
 /// Root modules of the kernels of this key.
 fn kernels(key: &KernelKey) -> [&'static str; 2] {
-    [path_kernel(key).0, "package::kernel::features"]
+    [path_kernel(key).0, "package::kernel::first_hit"]
 }
 
 /// The light tracing kernel.
-const EMIT: &str = "package::kernel::emit";
+const EMIT: &str = "package::kernel::light_tracing";
 
 /// Composes and validates the first `count` kernels, and that of light tracing where it belongs; the error names the parts.
 fn check(count: usize, key: &KernelKey) -> Result<(), String> {

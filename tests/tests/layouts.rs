@@ -15,8 +15,8 @@ fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
 /// Compares every record that a composition has; returns the records' names.
 fn compare(key: &KernelKey, what: &str) -> BTreeSet<&'static str> {
     let mut found = BTreeSet::new();
-    let emit = key.has(Part::Caustics).then_some("package::kernel::emit");
-    for root in [path_kernel(key).0, "package::kernel::features"].into_iter().chain(emit) {
+    let emit = key.has(Part::Caustics).then_some("package::kernel::light_tracing");
+    for root in [path_kernel(key).0, "package::kernel::first_hit"].into_iter().chain(emit) {
         let shader = compose(root, key, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
         for (name, host) in host_layouts() {
             let Some(device) = RecordLayout::of(&shader, name) else { continue };

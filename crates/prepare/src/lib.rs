@@ -25,7 +25,8 @@ mod compose;
 mod emitters;
 mod environment;
 mod error;
-mod images;
+pub mod shared;
+mod lowering;
 mod instances;
 mod interreflection;
 mod kernel_key;
@@ -56,7 +57,7 @@ pub use choice::may_have_caustics;
 pub use clip::Cut;
 pub use compose::{Composed, Constant, compose, compose_modules, compose_with, path_kernel, shader_modules};
 pub use error::{PrepareError, Source};
-pub use images::IMAGE_WIDTH;
+pub use lowering::images::IMAGE_WIDTH;
 pub use kernel_key::{
     CameraModel, Estimator, KernelKey, KeyError, Origin, Part, Parts, Points, Row, Surroundings, TABLE,
 };

@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Root module of the light tracing kernel.
-pub(crate) const EMIT_KERNEL: &str = "package::kernel::emit";
+pub(crate) const EMIT_KERNEL: &str = "package::kernel::light_tracing";
 
 /// Particles of one sequence, at most about: they are numbered by 32 bits.
 const SEQUENCE: u64 = 1 << 31;

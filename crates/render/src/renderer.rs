@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Root module of the kernel for first-hit features.
-const FEATURE_KERNEL: &str = "package::kernel::features";
+const FEATURE_KERNEL: &str = "package::kernel::first_hit";
 
 /// Rays of a pixel that albedo and normal are averaged over.
 const FEATURE_SAMPLES: u32 = 16;

@@ -396,7 +396,7 @@ mod tests {
             (&["lens", "receiver"], "alternative"),
             (&["hemisphere", "punctual_lights"], "directions alone"),
             (&["caustics", "punctual_lights", "nested"], "volumes overlap"),
-            (&["shared_paths", "dispersion"], "colour"),
+            (&["path_reuse", "dispersion"], "colour"),
             (&["light_sampling"], "needs one of"),
             (&["no_such_part"], "called no_such_part"),
         ] {
@@ -407,7 +407,7 @@ mod tests {
 
     #[test]
     fn first_hits_reuse_no_paths() {
-        let key = KernelKey::from_names(&["shared_paths", "punctual_lights"]).unwrap();
+        let key = KernelKey::from_names(&["path_reuse", "punctual_lights"]).unwrap();
         assert_eq!((key.estimator(), key.first_hits().estimator()), (Estimator::PathReuse, Estimator::Mis));
         assert!(
             key.on_images(true).has(Part::ItemsImage) && !key.on_images(true).on_images(false).has(Part::ItemsImage)
