@@ -1,12 +1,16 @@
-//! What specialising the kernel to the scene buys: `cargo bench --bench specialisation [-- --traces] [FOLDER]`.
+//! The gain of specialising the kernel to the scene: `cargo bench --bench specialisation [--
+//! --traces] [FOLDER]`.
 //!
-//! First, whether a kernel bears a trace of what its scene lacks: for each feature that a scene does without, its kernel is composed once more from sources
-//! out of which all that stands under that feature has been cut ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the driver's
-//! program, its records and its bindings, and it is as fast as a build that never heard of the feature, by identity. Each scene is looked at as it is
-//! rendered by default, with shared paths, and with caustics traced from the lights where it has any; `--traces` does this alone.
+//! First, whether a kernel has a trace of features that its scene lacks: for each such feature, its
+//! kernel is composed once more from sources from which all code under that feature has been
+//! removed ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the
+//! driver's program, its records and its bindings, and it is as fast as a build without the
+//! feature, by identity. Each scene is tested as rendered by default, with path reuse, and with
+//! caustics traced from the lights where it has any; `--traces` does this alone.
 //!
-//! Then what the features would cost: each scene by its own kernel, by its own once more, which shows the noise, and with a speck out of sight that needs
-//! every feature there is, by the general kernel. `FOLDER` gets the chart.
+//! Then the cost of the features: each scene by its own kernel, by its own once more, which shows
+//! the noise, and with an invisible speck that needs every feature, by the general kernel. `FOLDER`
+//! gets the chart.
 
 use std::collections::HashMap;
 
@@ -15,8 +19,8 @@ use surelight_bench::{
     paths::{median, race_paths},
 };
 use surelight_render::{
-    Integrator, KernelKey, Part, Prepared, Renderer, Settings, SharedPaths, TABLE, compose, compose_modules,
-    path_kernel, shader_modules,
+    Integrator, KernelKey, Part, PathReuse, Prepared, Renderer, Settings, TABLE, compose, compose_modules, path_kernel,
+    shader_modules,
 };
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, spheres, textured, veach_mis};
@@ -42,12 +46,12 @@ fn roots(key: &KernelKey) -> Vec<(&'static str, KernelKey)> {
     roots
 }
 
-/// Ways to render a scene, each with kernels of its own.
+/// Ways to render a scene, each with separate kernels.
 fn ways() -> [(&'static str, Settings); 3] {
     let plain = Settings::new(SIZE, SIZE);
     [
         ("", plain.clone()),
-        (", shared paths", Settings { shared_paths: SharedPaths::On, ..plain.clone() }),
+        (", shared paths", Settings { path_reuse: PathReuse::On, ..plain.clone() }),
         (", caustics", Settings { integrator: Integrator::Caustics, ..plain }),
     ]
 }
@@ -137,7 +141,7 @@ fn main() {
         rows.push((name.to_owned(), vec![own, (general - own).max(0.0)]));
     }
     if let Some(folder) = folder {
-        let parts = ["the scene's own kernel", "what the general kernel takes more"];
+        let parts = ["the scene's own kernel", "the additional time of the general kernel"];
         let label = "nanoseconds a path";
         let chart = bars("specialisation", "What specialising the kernel to the scene buys", label, &parts, &rows);
         let path = std::path::Path::new(&folder).join("specialisation.svg");

@@ -1,5 +1,4 @@
-//! The documentation is true where a program can tell: README's code compiles and renders, links lead somewhere, and
-//! lines of prose end within 100 columns.
+//! README's code compiles and renders, and the links of the documentation lead somewhere.
 
 use std::error::Error;
 use std::fs::read_to_string;
@@ -9,14 +8,11 @@ use surelight_film::{Display, Film, write_png};
 use surelight_render::{AdapterChoice, Device, Goal, Prepared, Renderer, Settings, render};
 use surelight_scene::LoadOptions;
 
-/// Columns of a line of prose.
-const MAX_COLUMNS: usize = 100;
-
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// All pages that people wrote or that code writes for people.
+/// The pages of the documentation.
 fn pages() -> Vec<PathBuf> {
     let root = repository();
     let mut pages = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "shaders/README.md", "docs/benchmarks/README.md"]
@@ -95,22 +91,4 @@ fn links_lead_somewhere() {
         }
     }
     assert!(broken.is_empty(), "{broken:#?}");
-}
-
-#[test]
-fn prose_ends_within_100_columns() {
-    let mut long = Vec::new();
-    for page in pages() {
-        let text = read_to_string(&page).expect("a page");
-        let mut code = false;
-        for (number, line) in text.lines().enumerate() {
-            code ^= line.starts_with("```");
-            // Tables and pictures cannot be wrapped.
-            let prose = !code && !line.starts_with('|') && !line.starts_with("![") && !line.starts_with("<img");
-            if prose && line.chars().count() > MAX_COLUMNS {
-                long.push(format!("{}:{}", page.display(), number + 1));
-            }
-        }
-    }
-    assert!(long.is_empty(), "{long:#?}");
 }

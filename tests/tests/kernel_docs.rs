@@ -1,4 +1,5 @@
-//! docs/kernels.md is the table of `surelight_render::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test --test kernel_docs` writes it.
+//! docs/kernels.md is the table of `surelight_render::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test
+//! --test kernel_docs` writes it.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! What the host writes is laid out as the kernels read it: every record's fields, offsets, sizes and span, compared with what
-//! naga finds in the composed shaders, for every key that ships.
+//! The host's records have the layout that kernels read: every record's fields, offsets, sizes and
+//! span, compared with those that naga finds in the composed shaders, for every key that ships.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -41,7 +41,8 @@ fn in_every_kernel_that_ships() {
     }
 }
 
-/// In the general kernels every record and every material field is there: a name that only the host knows is a typo.
+/// In the general kernels every record and every material field is there: a name on the host alone
+/// is a typo.
 #[test]
 fn in_the_general_kernels() {
     let mut found = BTreeSet::new();

@@ -188,7 +188,7 @@ impl Race<'_, '_> {
         let Subject { name, file, hash, scene, settings, load_seconds, warnings, .. } = self.subject;
         let methods = self.plan.methods.iter().zip(setups).zip(lengths);
         let in_vain =
-            self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.shares_paths);
+            self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.reuses_paths);
         let share_nothing: Vec<_> = in_vain
             .map(|(method, _)| format!("{}: there are no paths here that pixels could share", method.name()))
             .collect();
@@ -345,7 +345,7 @@ impl Race<'_, '_> {
 
 /// The checkpoint that a run has reached.
 fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
-    let errors = measure(&run.film, reference, run.shares_paths);
+    let errors = measure(&run.film, reference, run.reuses_paths);
     Row {
         method,
         repeat,

@@ -41,7 +41,7 @@ pub(crate) struct Setup {
     pub(crate) device_bytes: u64,
     pub(crate) triangles: u64,
     /// Whether pixels use one another's paths.
-    pub(crate) shares_paths: bool,
+    pub(crate) reuses_paths: bool,
 }
 
 /// Bytes on the device up to which renderers are kept.
@@ -76,7 +76,7 @@ impl<'a> Tracers<'a> {
             compile_seconds: renderer.compile_seconds,
             device_bytes: renderer.device_bytes,
             triangles,
-            shares_paths: renderer.key().reuses_paths(),
+            reuses_paths: renderer.key().reuses_paths(),
         };
         self.kept.push((*method, renderer));
         Ok(setup)
@@ -105,7 +105,7 @@ pub(crate) struct Run {
     /// Where all points of a pixel are of one sequence: the seed that makes this stream's its own.
     seed: Option<u32>,
     /// Whether pixels use one another's paths.
-    pub(crate) shares_paths: bool,
+    pub(crate) reuses_paths: bool,
     begun: Counts,
     /// What has been done so far.
     pub(crate) counts: Counts,
@@ -114,7 +114,7 @@ pub(crate) struct Run {
 }
 
 /// Batch numbers of a repeat, which make its samples its own: a run has some hundreds.
-const BATCHES_A_REPEAT: u32 = 1 << 16;
+const BATCHES_PER_REPEAT: u32 = 1 << 16;
 
 /// Seeds of streams stand so far apart (an odd number near 2³²/φ, so that none meet).
 const SEEDS_APART: u32 = 0x9e37_79b1;
@@ -142,12 +142,12 @@ impl Run {
             film: Film::new(settings.width, settings.height),
             spp: 0,
             batches: 0,
-            first_batch: stream * BATCHES_A_REPEAT,
+            first_batch: stream * BATCHES_PER_REPEAT,
             seed: renderer
                 .key()
                 .is_one_sequence()
                 .then(|| settings.seed.wrapping_add(stream.wrapping_mul(SEEDS_APART))),
-            shares_paths: renderer.key().reuses_paths(),
+            reuses_paths: renderer.key().reuses_paths(),
             begun: renderer.counts,
             counts: Counts::default(),
             wall_seconds: 0.0,

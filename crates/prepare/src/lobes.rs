@@ -1,16 +1,16 @@
-//! What a material is made of, by its factors.
+//! The lobes of a material, by its factors.
 
 use surelight_scene::{AlphaMode, Material};
 
-/// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular strength (even of index 1, since
-/// F90 is the strength, not 1), or a thin film.
+/// Whether the base has a microfacet lobe: a metal, or a dielectric with specular strength (even of
+/// index 1, since F90 is the strength, not 1), or a thin film.
 pub(super) fn has_facets(m: &Material) -> bool {
     !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0 || has_film(m))
 }
 
 /// Whether the material is more than Lambert's.
 pub(super) fn is_glossy(m: &Material) -> bool {
-    has_facets(m) || is_coated(m) || is_fibrous(m) || sends_through(m)
+    has_facets(m) || is_coated(m) || has_sheen(m) || has_diffuse_transmission(m)
 }
 
 /// Whether there is a clear coat.
@@ -19,11 +19,11 @@ pub(super) fn is_coated(m: &Material) -> bool {
 }
 
 /// Whether there is sheen.
-pub(super) fn is_fibrous(m: &Material) -> bool {
+pub(super) fn has_sheen(m: &Material) -> bool {
     !m.unlit && m.sheen.color.iter().any(|&c| c > 0.0)
 }
 
-/// Whether facets have a grain.
+/// Whether facets are anisotropic.
 pub(super) fn is_anisotropic(m: &Material) -> bool {
     has_facets(m) && m.anisotropy.strength > 0.0
 }
@@ -40,13 +40,14 @@ pub(super) fn is_dispersive(m: &Material) -> bool {
     !m.unlit && m.transmission > 0.0 && m.volume.is_some() && ior_spread(m) > 0.0
 }
 
-/// How far the indices of red and blue are from that of green (KHR_materials_dispersion, the section on implementation).
+/// How far the indices of red and blue are from that of green (KHR_materials_dispersion, the
+/// section on implementation).
 pub(super) fn ior_spread(m: &Material) -> f32 {
     (m.ior - 1.0).max(0.0) * 0.025 * m.dispersion
 }
 
 /// Whether the Lambertian base sends light to its other side.
-pub(super) fn sends_through(m: &Material) -> bool {
+pub(super) fn has_diffuse_transmission(m: &Material) -> bool {
     !m.unlit && m.diffuse_transmission.factor > 0.0
 }
 
@@ -55,13 +56,13 @@ pub(super) fn has_alpha_volume(m: &Material) -> bool {
     m.alpha_mode != AlphaMode::Opaque && m.volume.is_some() && transmits(m)
 }
 
-/// Whether light may go straight through: a thin wall whose facets may be smooth. `smooth`: whether α may fall below the kernel's
-/// ALPHA_SMOOTH.
+/// Whether light may go straight through: a thin wall whose facets may be smooth. `smooth`: whether
+/// α may fall below the kernel's ALPHA_SMOOTH.
 pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
     !m.unlit && m.transmission > 0.0 && m.ior != 0.0 && m.volume.is_none() && smooth
 }
 
 /// Whether light gets to the other side at all.
 pub(super) fn transmits(m: &Material) -> bool {
-    !m.unlit && m.transmission > 0.0 || sends_through(m)
+    !m.unlit && m.transmission > 0.0 || has_diffuse_transmission(m)
 }

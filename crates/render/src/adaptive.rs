@@ -3,7 +3,7 @@
 //! For a picture of relative squared error ε² = mean(σ²/(n w)) with Σ n given, n in proportion to σ/√w is best. It is found from samples of
 //! their own, which are thrown away: a picture whose samples decided how many of them there are would be biased.
 
-use surelight_film::{Film, LEAST_SAMPLES, Window};
+use surelight_film::{Film, MIN_CERTIFIED_SAMPLES, Window};
 
 use surelight_prepare::luminance;
 
@@ -111,8 +111,12 @@ fn in_quarters(share: f64) -> u32 {
 /// The least share in quarters when so many samples a pixel are planned: those that a certificate takes are left to every pixel that would
 /// have them otherwise.
 pub(crate) fn least_share(planned: Option<u32>) -> u32 {
-    let planned = planned.map_or(LEAST_SAMPLES, u64::from);
-    if planned < LEAST_SAMPLES { 1 } else { (u64::from(WHOLE) * LEAST_SAMPLES).div_ceil(planned) as u32 }
+    let planned = planned.map_or(MIN_CERTIFIED_SAMPLES, u64::from);
+    if planned < MIN_CERTIFIED_SAMPLES {
+        1
+    } else {
+        (u64::from(WHOLE) * MIN_CERTIFIED_SAMPLES).div_ceil(planned) as u32
+    }
 }
 
 #[cfg(test)]

@@ -43,8 +43,8 @@ pub use twins::host_layouts;
 
 // What is rendered is part of this crate's interface.
 pub use surelight_prepare::{
-    Blueprint, CameraModel, Composed, Constant, Cut, Directions, Estimator, Instrument, Integrator, KernelKey,
-    KeyError, Origin, Part, Parts, Points, PrepareError, Prepared, RecordLayout, Row, Sampler, Settings, SharedPaths,
-    Surroundings, TABLE, Unreachable, compose, compose_modules, material_fields, may_have_caustics, path_kernel,
-    shader_modules, sheen_albedos,
+    ActiveClipPlanes, Blueprint, CameraModel, Composed, Constant, Directions, EnvironmentKind, Estimator, Instrument,
+    Integrator, KernelKey, KeyError, Origin, Part, Parts, PathReuse, PointSet, PrepareError, Prepared, RecordLayout,
+    Row, Sampler, Settings, TABLE, Unreachable, compose, compose_modules, material_fields, may_have_caustics,
+    path_kernel, shader_modules, sheen_albedos,
 };

@@ -26,25 +26,25 @@ const DEFAULT_SPP: u32 = 256;
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Samples of a pixel in a batch: sums on the device are f32.
-const MOST_SAMPLES: u32 = 1024;
+const MAX_SAMPLES: u32 = 1024;
 
-/// Batches at least where pixels differ: each pixel's variance comes from its own.
-const LEAST_BATCHES: u32 = 16;
+/// Minimum number of batches where pixels differ: each pixel's variance comes from its own batches.
+const MIN_BATCHES: u32 = 16;
 
-/// The pilot's samples a pixel, in so many batches.
+/// The pilot's samples per pixel, and its batches.
 const PILOT_SAMPLES: u32 = 16;
 const PILOT_BATCHES: u32 = 4;
 
-/// Beyond what the pilot asks for: its own estimate is noisy.
+/// A margin over the pilot's estimate, which is noisy.
 const MARGIN: f64 = 1.05;
 
 /// Shortest time between two lines of progress, seconds.
-const LOG_EVERY: f64 = 10.0;
+const LOG_INTERVAL_SECONDS: f64 = 10.0;
 
-/// Replicates of the pilot are numbered from here, so that nothing of it is used again.
+/// Replicates of the pilot are numbered from here, so that its random numbers are not reused.
 const PILOT_FIRST: u32 = 1 << 31;
 
-/// Measures as the options say and prints the result; whether the target was met.
+/// Measures and prints the result; returns whether the target was reached.
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let start = Instant::now();
     let options = args.file.load_options();
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
-    warnings.extend(camera::cut_warning(&setup.camera, prepared.cut));
+    warnings.extend(camera::clipping_warning(&setup.camera, prepared.cut));
     let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup, batch: 0 };
     let unreachable = prepared.unreachable.clone();
     drop(prepared);
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
         scene: args.scene.name().display().to_string(),
         quantity: if setup.settings.receiver {
             "irradiance"
-        } else if setup.same {
+        } else if setup.same_quantity {
             "radiance"
         } else {
             "mean radiance"
@@ -119,7 +119,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     Ok(report.stopped == "done")
 }
 
-/// Says what speaks against the error bar, and whether the target is met.
+/// Notes reasons to doubt the error bar, and whether the target is reached.
 fn judge(report: &mut Report) {
     let mut doubts = Vec::new();
     if let Some([k, limit]) = report.tail.filter(|[k, limit]| k > limit) {
@@ -130,15 +130,14 @@ fn judge(report: &mut Report) {
     }
     if report.luminance.value == 0.0 {
         doubts.push(
-            "every sample was black: either no light arrives here, or it arrives by paths too rare to be found"
-                .to_owned(),
+            "every sample was black: either there is no light here, or its paths are too rare to be found".to_owned(),
         );
     }
     if report.dropped_samples > 0 {
         doubts.push(format!("{} samples were not finite and were left out", report.dropped_samples));
     }
     if report.truncated_rays > 0 {
-        doubts.push(format!("{} rays were given up, their samples incomplete", report.truncated_rays));
+        doubts.push(format!("{} rays were cut short, their samples are incomplete", report.truncated_rays));
     }
     if report.luminance.half_width.is_none() {
         doubts.push("one estimate alone has no error bar".to_owned());
@@ -168,13 +167,13 @@ struct Plan {
     batches: u32,
     deadline: Option<Instant>,
     pilot_samples: u64,
-    /// What the end by the number of batches means.
+    /// The reason recorded when the batches are done.
     end: &'static str,
 }
 
 impl Plan {
-    /// A line of a log: what is done, what is left.
-    fn tell(&self, batches: u32, seconds: f64) {
+    /// A line of a log: samples done, time left.
+    fn log_progress(&self, batches: u32, seconds: f64) {
         let samples = |batches: u32| self.pixels as f64 * f64::from(self.samples) * f64::from(batches) / 1e6;
         let by_number = seconds / f64::from(batches) * f64::from(self.batches - batches);
         let by_time = self.deadline.map_or(f64::MAX, |d| d.saturating_duration_since(Instant::now()).as_secs_f64());
@@ -192,7 +191,7 @@ struct Measurement<'a> {
 }
 
 impl Measurement<'_> {
-    /// A batch of its own.
+    /// A separate batch.
     fn trace(&mut self, samples: u32, tally: &mut Tally, deadline: Option<Instant>) -> Result<bool, Error> {
         let mut film = Film::new(self.setup.settings.width, self.setup.settings.height);
         let mut on_time = |_: &surelight_render::Counts| deadline.is_none_or(|d| Instant::now() < d);
@@ -206,7 +205,7 @@ impl Measurement<'_> {
 
     fn tally(&self) -> Tally {
         let settings = &self.setup.settings;
-        Tally::new(settings.width as usize * settings.height as usize, self.setup.same)
+        Tally::new(settings.width as usize * settings.height as usize, self.setup.same_quantity)
     }
 
     /// Fixes the number of samples, by a pilot where `--error` or `--time` says when to stop.
@@ -216,19 +215,19 @@ impl Measurement<'_> {
         let patience = args.time.or(args.error.map(|_| PATIENCE));
         let deadline = patience.map(|time| start + time);
         let limited = args.error.is_some() || args.time.is_some();
-        let default = (!limited).then_some(if self.setup.same { DEFAULT_SAMPLES } else { DEFAULT_SPP });
+        let default = (!limited).then_some(if self.setup.same_quantity { DEFAULT_SAMPLES } else { DEFAULT_SPP });
         // Samples of each pixel here.
-        let share = if self.setup.same { pixels } else { u64::from(self.setup.parts) };
-        let asked = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
-        let least = if self.setup.same { 1 } else { LEAST_BATCHES };
+        let share = if self.setup.same_quantity { pixels } else { u64::from(self.setup.parts) };
+        let samples_requested = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
+        let least = if self.setup.same_quantity { 1 } else { MIN_BATCHES };
         let mut plan = Plan { pixels, samples: 1, batches: u32::MAX, deadline, pilot_samples: 0, end: "done" };
         if !limited {
-            let each = asked.unwrap_or(1);
-            plan.samples = power_of_two(each / u64::from(LEAST_BATCHES)).min(MOST_SAMPLES);
+            let each = samples_requested.unwrap_or(1);
+            plan.samples = power_of_two(each / u64::from(MIN_BATCHES)).min(MAX_SAMPLES);
             plan.batches = each.div_ceil(plan.samples.into()).clamp(least.into(), u32::MAX.into()) as u32;
             return Ok(plan);
         }
-        let pilot_each = if self.setup.same { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
+        let pilot_each = if self.setup.same_quantity { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
         let mut pilot = self.tally();
         self.batch = PILOT_FIRST;
         let paths_before = self.renderer.counts.paths;
@@ -238,26 +237,27 @@ impl Measurement<'_> {
         }
         self.batch = 0;
         plan.pilot_samples = self.renderer.counts.paths - paths_before;
-        let seconds_a_batch = began.elapsed().as_secs_f64() / f64::from(PILOT_BATCHES);
+        let seconds_per_batch = began.elapsed().as_secs_f64() / f64::from(PILOT_BATCHES);
         plan.samples = pilot_each;
         let mut wanted = u64::from(u32::MAX); // batches
         if let Some(error) = args.error {
             let found = &pilot.estimates(self.setup.factor)[3];
             wanted = batches_for(&pilot, found, self.setup.factor, error, args.confidence);
         } else {
-            // As many batches as there is time for keep the clock; few of more samples are better stratified.
+            // As many batches as there is time for keep the clock; few of more samples are better
+            // stratified.
             let left = deadline.map_or(0.0, |d| (d - Instant::now().min(d)).as_secs_f64());
-            let fits = (left / 32.0 / seconds_a_batch.max(1e-6)) as u64;
-            plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MOST_SAMPLES);
+            let fits = (left / 32.0 / seconds_per_batch.max(1e-6)) as u64;
+            plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MAX_SAMPLES);
         }
         if args.error.is_some() {
-            while wanted >= 128 && plan.samples < MOST_SAMPLES {
+            while wanted >= 128 && plan.samples < MAX_SAMPLES {
                 plan.samples *= 2;
                 wanted = wanted.div_ceil(2);
             }
         }
-        if let Some(asked) = asked {
-            let most = asked.div_ceil(plan.samples.into());
+        if let Some(samples_requested) = samples_requested {
+            let most = samples_requested.div_ceil(plan.samples.into());
             if most < wanted {
                 plan.end = if args.error.is_some() { "samples" } else { "done" };
                 wanted = most;
@@ -267,17 +267,18 @@ impl Measurement<'_> {
         Ok(plan)
     }
 
-    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ, two).
+    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ,
+    /// two).
     fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
         let mut tally = self.tally();
-        let least = if self.setup.same { 1 } else { 2 };
+        let least = if self.setup.same_quantity { 1 } else { 2 };
         let began = Instant::now();
-        let mut next = LOG_EVERY;
+        let mut next = LOG_INTERVAL_SECONDS;
         while tally.batches() < plan.batches {
             let seconds = began.elapsed().as_secs_f64();
             if tally.batches() > 0 && seconds >= next {
-                next = seconds + (seconds / 2.0).max(LOG_EVERY);
-                plan.tell(tally.batches(), seconds);
+                next = seconds + (seconds / 2.0).max(LOG_INTERVAL_SECONDS);
+                plan.log_progress(tally.batches(), seconds);
             }
             let deadline = plan.deadline.filter(|_| tally.batches() >= least);
             if !self.trace(plan.samples, &mut tally, deadline)? || deadline.is_some_and(|d| Instant::now() >= d) {
@@ -294,13 +295,13 @@ impl Measurement<'_> {
     }
 }
 
-/// Batches like the pilot's after which the interval is as narrow as asked for, with caution.
+/// Batches like the pilot's after which the interval is as narrow as requested, conservatively.
 fn batches_for(pilot: &Tally, found: &Estimate, factor: f64, error: f64, confidence: f64) -> u64 {
     let quantile = student_t_quantile(0.5 + 0.5 * confidence, found.dof.max(1.0));
     let caution = pilot.cautious_variance(factor);
     let mean = (found.mean.abs() - quantile * found.variance.sqrt()).max(0.5 * found.mean.abs());
     if mean == 0.0 || !caution.is_finite() {
-        return u64::from(LEAST_BATCHES);
+        return u64::from(MIN_BATCHES);
     }
     let needed = MARGIN * f64::from(PILOT_BATCHES) * caution * (quantile / (error * mean)).powi(2);
     (needed.ceil() as u64).max(1)

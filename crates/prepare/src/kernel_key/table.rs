@@ -1,7 +1,7 @@
 //! The table of everything that a kernel may contain: name, meaning, origin, needs, exclusions.
 //!
-//! These are stated here alone. The composer's conditions, `surelight info`, docs/kernels.md and the
-//! sets that the tests compose are made from the table.
+//! These are stated here alone. The composer's conditions, `surelight info`, docs/kernels.md and
+//! the sets that the tests compose are made from the table.
 
 use surelight_scene::{AlphaMode, Material, Scene};
 
@@ -27,7 +27,7 @@ pub struct Row {
     pub part: Part,
     /// The condition that shader modules test with `@if(name)`.
     pub name: &'static str,
-    /// What it adds to a kernel.
+    /// Its effect on a kernel.
     pub meaning: &'static str,
     /// Why a kernel has it.
     pub origin: Origin,

@@ -1,4 +1,4 @@
-//! What is measured, as a camera whose every pixel is an estimate of it.
+//! A measurement as a camera, whose every pixel is an estimate of the quantity.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surelight_render::{Integrator, Settings};
@@ -8,12 +8,12 @@ use super::args::MeasureArgs;
 use crate::camera::{self, View};
 use crate::error::Error;
 
-/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU wants many.
+/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU needs many.
 const CPU_SIDE: u32 = 64;
 const GPU_SIDE: u32 = 256;
 
-/// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a surface through the point
-/// may so lie a few times that off.
+/// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a
+/// surface through the point may be off by a few times that.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// A measurement as a render.
@@ -23,25 +23,25 @@ pub(super) struct Setup {
     /// From the pixels' radiance to the quantity.
     pub(super) factor: f64,
     /// Whether all pixels estimate the same number; else their mean is the quantity.
-    pub(super) same: bool,
+    pub(super) same_quantity: bool,
     /// Pixels here for one of the user's.
     pub(super) parts: u32,
     pub(super) notes: Vec<String>,
 }
 
-/// Decides what to render.
+/// Sets up the render.
 pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<Setup, Error> {
     let side = if is_cpu { CPU_SIDE } else { GPU_SIDE };
     let mut settings = Settings::new(side, side);
     let mut notes = Vec::new();
-    let (camera, factor, same, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
+    let (camera, factor, same_quantity, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
         (ray(point.into(), direction.into(), "--direction")?, 1.0, true, 1)
     } else if let (Some(point), Some(normal)) = (args.irradiance, args.normal) {
         settings.receiver = true;
         let (camera, lift) = receiver(scene, point.into(), normal.into())?;
         if lift > 0.0 {
             notes.push(format!(
-                "the receiver stands {lift:.1e} m off the point, so that a surface through it cannot hide it"
+                "the receiver is {lift:.1e} m off the point, so that a surface through it cannot hide it"
             ));
         }
         (camera, std::f64::consts::PI, true, 1)
@@ -66,12 +66,12 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
     settings.max_bounces = args.max_bounces.0;
     settings.seed = args.seed;
     settings.integrator = match args.method.integrator() {
-        // Pixels that share particles have no error bars of their own.
+        // Pixels that share particles have no separate error bars.
         Integrator::Auto => Integrator::Mis,
         integrator => integrator,
     };
     settings.sampler = args.method.sampler();
-    Ok(Setup { camera, settings, factor, same, parts, notes })
+    Ok(Setup { camera, settings, factor, same_quantity, parts, notes })
 }
 
 /// A camera all of whose rays are one.
@@ -95,10 +95,11 @@ fn receiver(scene: &Scene, point: DVec3, normal: DVec3) -> Result<(Camera, f64),
     Ok((ray(point + lift * normal, normal, "--normal").unwrap_or(camera), lift))
 }
 
-/// A camera that sees just this part of the view's image, and by what the distance of its plane of focus is stretched.
+/// A camera for this part of the view's image, and the factor on the distance of its plane of
+/// focus.
 ///
-/// Its axes are sheared so that the rays are those of the whole image: each is forward + a·right − b·up for the point (a, b) of
-/// the image, and the window's middle takes the place of forward.
+/// Its axes are sheared so that the rays are those of the whole image: each is forward + a·right −
+/// b·up for the point (a, b) of the image, and the window's middle takes the place of forward.
 fn window(view: &View, [x0, y0, x1, y1]: [u32; 4]) -> (Camera, f64) {
     let (width, height) = (f64::from(view.size.width), f64::from(view.size.height));
     let share = [f64::from(x1 - x0) / width, f64::from(y1 - y0) / height];
@@ -138,8 +139,8 @@ mod tests {
     use super::*;
     use crate::parse::Size;
 
-    /// Origin and direction of the ray through a point of an image, as `shaders/scene/camera.wesl` makes it: (0, 0) is the upper
-    /// left corner and (1, 1) the lower right.
+    /// Origin and direction of the ray through a point of an image, as `shaders/scene/camera.wesl`
+    /// makes it: (0, 0) is the upper left corner and (1, 1) the lower right.
     fn camera_ray(camera: &Camera, aspect: f64, at: [f64; 2]) -> [DVec3; 2] {
         let axes = camera.to_world.matrix3;
         let (tangent, flat) = match camera.projection {

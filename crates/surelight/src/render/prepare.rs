@@ -7,7 +7,7 @@ use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
-use crate::options::{RenderArgs, SharedPaths};
+use crate::options::{PathReuse, RenderArgs};
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 
@@ -55,7 +55,7 @@ impl Loaded {
         if broken > 0 {
             self.warnings.push(format!("{broken} triangles were left out because a corner of each is not finite"));
         }
-        self.warnings.extend(camera::cut_warning(&self.view.camera, prepared.cut));
+        self.warnings.extend(camera::clipping_warning(&self.view.camera, prepared.cut));
         if let Some(why) = prepared.no_caustics {
             self.warnings.push(format!("light tracing is off because {why}: the picture is that of --integrator mis"));
         }
@@ -95,11 +95,11 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         integrator: args.method.integrator(),
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
-        shared_paths: match args.shared_paths {
-            SharedPaths::Auto if is_preview(args, view) => surelight_render::SharedPaths::Off,
-            SharedPaths::Auto => surelight_render::SharedPaths::Auto,
-            SharedPaths::On => surelight_render::SharedPaths::On,
-            SharedPaths::Off => surelight_render::SharedPaths::Off,
+        path_reuse: match args.shared_paths {
+            PathReuse::Auto if is_preview(args, view) => surelight_render::PathReuse::Off,
+            PathReuse::Auto => surelight_render::PathReuse::Auto,
+            PathReuse::On => surelight_render::PathReuse::On,
+            PathReuse::Off => surelight_render::PathReuse::Off,
         },
         adaptive: args.adaptive,
         transparent: args.transparent,
@@ -115,9 +115,9 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
 /// Whether so few paths are planned that those which pixels share would not make up for their larger kernel, which takes half a second
 /// longer to compile (docs/performance.md).
 fn is_preview(args: &RenderArgs, view: &View) -> bool {
-    const LEAST_PATHS: u64 = 1 << 18;
+    const MIN_PATHS: u64 = 1 << 18;
     let pixels = u64::from(view.size.width) * u64::from(view.size.height);
-    args.planned().is_some_and(|spp| pixels * u64::from(spp) < LEAST_PATHS)
+    args.planned().is_some_and(|spp| pixels * u64::from(spp) < MIN_PATHS)
 }
 
 /// Files of the scene that an output of the same name would destroy.
