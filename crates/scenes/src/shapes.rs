@@ -267,9 +267,10 @@ impl Shape {
         }
     }
 
-    /// A profile of (radius, height) turned once around the y axis. Front to the right of the profile's direction: a
-    /// profile that runs up has its front outside. Smooth normals, split where the profile bends by more than 40°; u
-    /// once around, v along the profile, 1 at its first point; tangents around the axis.
+    /// A profile of (radius, height) turned once around the y axis. Front to the right of the
+    /// profile's direction: a profile that runs up has its front outside. Smooth normals, split
+    /// where the profile bends by more than 40°; u once around, v along the profile, 1 at its first
+    /// point; tangents around the axis.
     pub fn revolved(profile: &[DVec2], segments: u32) -> Self {
         let direction = |i: usize| (profile[i + 1] - profile[i]).normalize();
         let last = profile.len() - 1;
@@ -319,8 +320,8 @@ impl Shape {
         shape
     }
 
-    /// The surface `point`(u, v) over [0, 1]², `columns` × `rows` cells; front where ∂u × ∂v points. Normals and
-    /// tangents by central differences, texture coordinates (u, 1 − v).
+    /// The surface `point`(u, v) over [0, 1]², `columns` × `rows` cells; front where ∂u × ∂v points.
+    /// Normals and tangents by central differences, texture coordinates (u, 1 − v).
     pub fn sheet(columns: u32, rows: u32, point: impl Fn(f64, f64) -> DVec3) -> Self {
         let step = 0.25 / f64::from(columns.max(rows));
         let mut shape = Self::default();

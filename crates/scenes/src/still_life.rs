@@ -1,10 +1,10 @@
 //! A still life for the front page: glass, metal, cloth, wood and lamplight on one table.
 //!
-//! A carafe and a ball of clear glass with their caustics, a bowl of brushed copper (anisotropy), velvet (sheen), a
-//! table whose wood is a texture painted by code, a lamp whose shade glows (diffuse transmission), and a window
-//! through which the evening sun shines. Warm light comes from the sun and the lamp, cool light from the sky, as a
-//! photographer would place them: the sun from behind makes the glass glow, a panel beside the camera fills the
-//! shadows.
+//! A carafe and a ball of clear glass with their caustics, a bowl of brushed copper (anisotropy),
+//! velvet (sheen), a table whose wood is a texture painted by code, a lamp whose shade glows
+//! (diffuse transmission), and a window through which the evening sun shines. Warm light comes from
+//! the sun and the lamp, cool light from the sky, as a photographer would place them: the sun from
+//! behind makes the glass glow, a panel beside the camera fills the shadows.
 //!
 //! The picture has no closed form. `cargo xtask gallery` renders it.
 
@@ -58,7 +58,8 @@ pub fn still_life() -> Scene {
     scene
 }
 
-/// The wall with its window, the sky and hills beyond, the floor, and the panel that fills the shadows.
+/// The wall with its window, the sky and hills beyond, the floor, and the panel that fills the
+/// shadows.
 fn room(b: &mut Builder) {
     let plaster = b.material(lambert("plaster", [0.30, 0.37, 0.42]));
     let paint_white = b.material(lambert("window frame", [0.70, 0.68, 0.64]));

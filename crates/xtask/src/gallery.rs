@@ -1,7 +1,8 @@
-//! `cargo xtask gallery`: renders the still life and draws the four pictures of README.md into `docs/images/gallery`.
+//! `cargo xtask gallery`: renders the still life and draws the four pictures of README.md into
+//! `docs/images/gallery`.
 //!
-//! Two renders of 480 × 320 pixels, six minutes on two cores of a software driver. The error map and the mask show
-//! layers of the first render's EXR; nothing is rendered for them.
+//! Two renders of 480 × 320 pixels, six minutes on two cores of a software driver. The error map
+//! and the mask show layers of the first render's EXR; nothing is rendered for them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,8 +24,8 @@ const LEGEND: u32 = 30;
 const ERRORS: [f64; 2] = [0.005, 0.5];
 /// Weights of linear Rec. 709 in luminance.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
-/// Viridis (Smith and van der Walt 2015) at nine even steps, sRGB: it rises evenly in lightness, and readers who are
-/// colour-blind tell its ends apart.
+/// Viridis (Smith and van der Walt 2015) at nine even steps, sRGB: it rises evenly in lightness,
+/// and readers who are colour-blind tell its ends apart.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
     [71, 44, 122],
@@ -97,9 +98,9 @@ pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String
     Ok(())
 }
 
-/// Standard error of each pixel's luminance over the luminance, as in a render's summary: pixels darker than a tenth of
-/// the mean are taken as that bright. The standard errors of the channels are added, which is exact for grey light and
-/// an upper bound for any other.
+/// Standard error of each pixel's luminance over the luminance, as in a render's summary: pixels
+/// darker than a tenth of the mean are taken as that bright. The standard errors of the channels
+/// are added, which is exact for grey light and an upper bound for any other.
 fn error_map(exr: &ExrImage) -> Result<RgbImage, String> {
     let luminance = luminance(exr)?;
     let variance = exr.rgb("Variance").ok_or("the render has no variance")?;
