@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use surelight_film::Film;
-use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings};
+use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings, instrument};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, probes};
 use surelight_tests::render::{device, prepare};
@@ -48,7 +48,7 @@ fn walking(c: &mut Criterion) {
         let mut renderer = renderer(&prepared);
         let mut batch = 0;
         let mut traced = |walks: u32| {
-            renderer.set_walks(walks);
+            instrument::set_traversals_per_ray(&mut renderer, walks);
             let before = renderer.counts;
             renderer.trace(&mut Film::new(SIZE, SIZE), batch, 1, 1, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
             batch += 1;

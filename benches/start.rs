@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use surelight_bench::conditions::cpu_seconds;
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Ahead, Device, Prepared, Renderer, Settings};
+use surelight_render::{AdapterChoice, Device, PrecompiledKernel, Prepared, Renderer, Settings};
 use surelight_scene::{Environment, LoadOptions};
 
 const SIZE: u32 = 256;
@@ -44,7 +44,7 @@ fn main() {
         let settings = Settings::new(SIZE, SIZE);
         let (prepared, ahead) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
             let started = Instant::now();
-            let ahead = Ahead::compile(&device, blueprint);
+            let ahead = PrecompiledKernel::compile(&device, blueprint);
             compiling = started.elapsed().as_secs_f64();
             ahead
         })

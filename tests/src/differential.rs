@@ -81,7 +81,7 @@ fn picture(scene: &Scene, camera: &Camera, integrator: Integrator, seed: u32, si
     let mut film = Film::new(side, side);
     let mut first = 0;
     while first < BATCHES {
-        let n = renderer.most_batches().min(BATCHES - first);
+        let n = renderer.max_batches().min(BATCHES - first);
         renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
         first += n;
     }

@@ -31,7 +31,7 @@ pub fn trace(prepared: &Prepared, size: [u32; 2], batches: u32, samples: u32) ->
     let mut film = Film::new(size[0], size[1]);
     let mut first = 0;
     while first < batches {
-        let n = renderer.most_batches().min(batches - first);
+        let n = renderer.max_batches().min(batches - first);
         renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         first += n;
     }

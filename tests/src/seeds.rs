@@ -10,7 +10,7 @@ pub fn film_of(renderer: &mut Renderer<'_>, size: [u32; 2], first: u32, batches:
     let numbers = if renderer.key().is_one_sequence() { samples } else { 1 };
     let mut done = 0;
     while done < batches {
-        let n = renderer.most_batches().min(batches - done);
+        let n = renderer.max_batches().min(batches - done);
         renderer.trace(&mut film, first + done * numbers, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         done += n;
     }

@@ -3,7 +3,9 @@
 //! was built, or whether what it was made from had been guessed right.
 
 use surelight_film::Film;
-use surelight_render::{Ahead, Blueprint, Checks, Directions, Integrator, Prepared, Renderer, Settings};
+use surelight_render::{
+    Blueprint, Checks, Directions, Integrator, PrecompiledKernel, Prepared, Renderer, Settings, instrument,
+};
 use surelight_scene::{Environment, Scene};
 use surelight_scenes::{GALLERY, cornell_box, glass, probes, textured};
 use surelight_tests::render::{all, bits, device, prepare};
@@ -14,7 +16,7 @@ const SIZE: [u32; 2] = [40, 24];
 fn check(scene: &Scene, settings: &Settings) {
     let prepared = prepare(scene, settings);
     let [checked, trusted] = [Checks::Full, Checks::Trusted].map(|checks| {
-        let mut renderer = Renderer::with_checks(device(), &prepared, checks).unwrap_or_else(|e| panic!("{e}"));
+        let mut renderer = instrument::with_checks(device(), &prepared, checks).unwrap_or_else(|e| panic!("{e}"));
         let mut film = Film::new(SIZE[0], SIZE[1]);
         renderer.trace(&mut film, 0, 2, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{e}"));
@@ -102,7 +104,7 @@ fn kernels_compiled_ahead_give_the_same_bits() {
         let clamped = Settings { max_radiance: Some(1.0), ..settings.clone() };
         let other = prepare(&scene, &clamped).blueprint();
         for guess in [right, shallow, other] {
-            let ahead = Ahead::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
+            let ahead = PrecompiledKernel::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
             let renderer = Renderer::with_kernel(device(), &prepared, ahead).unwrap_or_else(|e| panic!("{e}"));
             assert!(traced(renderer) == plain, "{}: the picture or its kernel is another", scene.name);
         }

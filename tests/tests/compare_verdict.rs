@@ -39,7 +39,7 @@ fn renders(folder: &Path, scene: &Scene, settings: &Settings, samples: u32, coun
         let mut film = Film::new(SIDE, SIDE);
         let mut first = k * BATCHES;
         while first < (k + 1) * BATCHES {
-            let n = renderer.most_batches().min((k + 1) * BATCHES - first);
+            let n = renderer.max_batches().min((k + 1) * BATCHES - first);
             renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap();
             first += n;
         }

@@ -182,7 +182,7 @@ impl Run {
             };
             let cost = if self.spp > 0 { self.wall_seconds / f64::from(self.spp) } else { f64::INFINITY };
             let fits =
-                (CALL_SECONDS / (cost * f64::from(samples))).clamp(1.0, f64::from(renderer.most_batches())) as u32;
+                (CALL_SECONDS / (cost * f64::from(samples))).clamp(1.0, f64::from(renderer.max_batches())) as u32;
             let batches = ((until - self.spp) / samples).clamp(1, fits);
             let (wall, cpu) = (Instant::now(), cpu_seconds());
             // Batches of one sequence are known by their first sample.

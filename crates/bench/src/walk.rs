@@ -3,7 +3,7 @@
 //! The kernel is one, and no clock can be read within it. But it can be made to walk every ray twice: the picture stays the same, and what it takes longer
 //! is what a walk takes. The rest is shading, sampling, and keeping states between dispatches.
 
-use surelight_render::{Device, Instrument, Prepared, RenderError, Renderer};
+use surelight_render::{Device, Instrument, Prepared, RenderError, Renderer, instrument};
 
 use crate::{
     analysis::Interval,
@@ -40,7 +40,7 @@ pub(crate) fn measure(
     for _ in 0..ROUNDS {
         let mut seconds = [0.0; 2];
         for walks in [1, 2] {
-            renderer.set_walks(walks);
+            instrument::set_traversals_per_ray(&mut renderer, walks);
             let before = run.seconds(clock);
             if !run.grow_to(&mut renderer, run.spp + samples, Some(samples.min(16)), go_on)? {
                 return Ok(None);

@@ -67,7 +67,7 @@ impl Prepared {
     }
 
     /// Likewise, with something to do while the BVH is built, told what the kernel will most probably be made from:
-    /// `surelight_render::Ahead::compile`.
+    /// `surelight_render::PrecompiledKernel::compile`.
     pub fn with_work<T>(
         scene: &Scene,
         camera: &Camera,
@@ -267,7 +267,7 @@ impl Prepared {
 /// What measurements and tests add to a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instrument {
-    /// Rays are traversed several times (`surelight_render::Renderer::set_walks`).
+    /// Rays are traversed several times (`surelight_render::instrument`).
     RepeatedTraversal,
     /// Paths end at the bounce limit alone.
     NoRoulette,

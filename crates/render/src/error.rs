@@ -91,7 +91,7 @@ pub enum RenderError {
     TooManyBatches {
         /// Batches requested.
         batches: u32,
-        /// [`crate::Renderer::most_batches`].
+        /// [`crate::Renderer::max_batches`].
         limit: u32,
     },
     /// The film refused what was traced.

@@ -6,7 +6,7 @@ use surelight_film::Film;
 
 use surelight_prepare::Batches;
 
-use crate::{error::RenderError, renderer::Renderer, schedule::Counts, standing::Standing};
+use crate::{counts::Counts, error::RenderError, renderer::Renderer, resume::ResumeState};
 
 /// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
 const SHORT: f64 = 2.0;
@@ -53,11 +53,11 @@ pub enum Outcome {
 pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
 /// Saves the film while it grows.
-pub struct Keeper<'a> {
+pub struct CheckpointSink<'a> {
     /// How often: a batch that takes longer is finished first, and it may take 5 % of the time, so a large film is saved less often.
     pub every: Duration,
     /// Is given the film, where the render stands, and the counts.
-    pub keep: &'a mut dyn FnMut(&Film, &Standing, &Counts),
+    pub keep: &'a mut dyn FnMut(&Film, &ResumeState, &Counts),
 }
 
 /// A render under way.
@@ -72,7 +72,7 @@ pub(crate) struct Progression<'a, 'd, 'k> {
     /// What the pilot found.
     pub(crate) found: Option<[u32; 2]>,
     first: u32,
-    keeper: Option<Keeper<'k>>,
+    keeper: Option<CheckpointSink<'k>>,
     kept: Instant,
     /// Samples a pixel that were done when this run began.
     begun: u32,
@@ -86,10 +86,10 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
     pub(crate) fn new(
         renderer: &'a mut Renderer<'d>,
         time: Option<Duration>,
-        standing: Standing,
-        keeper: Option<Keeper<'k>>,
+        standing: ResumeState,
+        keeper: Option<CheckpointSink<'k>>,
     ) -> Self {
-        let Standing { first, next, batch, pilot: found } = standing;
+        let ResumeState { first, next, batch, pilot: found } = standing;
         let started = Instant::now();
         Self {
             renderer,
@@ -109,8 +109,8 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
     }
 
     /// Where the render stands.
-    pub(crate) fn standing(&self) -> Standing {
-        Standing { first: self.first, next: self.spp, batch: self.batch, pilot: self.found }
+    pub(crate) fn standing(&self) -> ResumeState {
+        ResumeState { first: self.first, next: self.spp, batch: self.batch, pilot: self.found }
     }
 
     /// Lets the film be saved, if it is time to.
@@ -197,7 +197,7 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
         if let Some(left) = left {
             batches = batches.min((left / cost) as u32);
         }
-        batches.clamp(1, self.renderer.most_batches())
+        batches.clamp(1, self.renderer.max_batches())
     }
 
     fn trace(

@@ -9,9 +9,9 @@ use surelight_prepare::Batches;
 use crate::{
     error::RenderError,
     precise,
-    progression::{Keeper, Outcome, Progression, Watch},
+    progression::{CheckpointSink, Outcome, Progression, Watch},
     renderer::Renderer,
-    standing::Standing,
+    resume::ResumeState,
 };
 
 /// When a render is done; whichever comes first.
@@ -36,7 +36,7 @@ pub fn render(
     goal: &Goal,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
-    render_from(renderer, film, goal, &mut Standing::default(), observer, None)
+    render_from(renderer, film, goal, &mut ResumeState::default(), observer, None)
 }
 
 /// Likewise, from the position `standing` of another run, whose film it was; the bits are those of a single
@@ -47,9 +47,9 @@ pub fn render_from(
     renderer: &mut Renderer<'_>,
     film: &mut Film,
     goal: &Goal,
-    standing: &mut Standing,
+    standing: &mut ResumeState,
     observer: &mut Watch<'_>,
-    keeper: Option<Keeper<'_>>,
+    keeper: Option<CheckpointSink<'_>>,
 ) -> Result<Outcome, RenderError> {
     let mut progression = Progression::new(renderer, goal.time, *standing, keeper);
     let outcome = trace(&mut progression, film, goal, observer);

@@ -13,7 +13,7 @@ use surelight_film::{
     Display, Film, Metadata, PixelMoments, Window, WriteError, encode_exr, encode_png, write_exr, write_png,
     write_png_with_exposure,
 };
-use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
+use surelight_render::{CheckpointSink, Counts, Device, Goal, Outcome, Renderer, ResumeState};
 
 use crate::error::{Error, sentence};
 use crate::exposure::{self, Exposed};
@@ -42,7 +42,7 @@ struct Finished<'a> {
     record: Record,
     goal: Goal,
     outcome: Outcome,
-    standing: Standing,
+    standing: ResumeState,
     /// Samples a pixel that come from a checkpoint.
     resumed_spp: u32,
     /// What they come from.
@@ -134,7 +134,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
-    let keeper = Keeper {
+    let keeper = CheckpointSink {
         every: args.parts.checkpoint,
         keep: &mut |film, standing, counts| checkpoint.write(&record, film, standing, counts),
     };
@@ -145,7 +145,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     };
     let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut standing, watch, Some(keeper));
     seconds.trace = stages.lap();
-    let metadata = |film: &Film, standing: &Standing, counts: &Counts| {
+    let metadata = |film: &Film, standing: &ResumeState, counts: &Counts| {
         record.metadata(film, standing, counts, args.parts.is_part(&args.stop))
     };
     let outcome = match traced {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use surelight_film::{
     Difference, Film, Metadata, Sameness, difference, read_finished, read_part_header, remove_leftovers, write_exr,
 };
-use surelight_render::{Counts, Standing};
+use surelight_render::{Counts, ResumeState};
 
 use crate::error::Error;
 use crate::method;
@@ -98,20 +98,20 @@ impl Checkpoint {
         earlier: &Earlier,
         record: &mut Record,
         planned: Option<u32>,
-    ) -> Result<(Film, Standing), Error> {
+    ) -> Result<(Film, ResumeState), Error> {
         let (film, metadata) = read_finished(&earlier.path)?;
         let [first, next] = metadata.sample_range.map(|sample| sample as u32);
         let differs =
             |sameness| difference(&metadata, record.beginning(), sameness).or_else(|| portion(&metadata, record));
         let exact = differs(Sameness::Bits).is_none();
         let (standing, extends) = match &metadata.part {
-            Some(part) if exact => (Standing { first, next, batch: part.next_batch, pilot: part.pilot }, false),
+            Some(part) if exact => (ResumeState { first, next, batch: part.next_batch, pilot: part.pilot }, false),
             _ => {
                 if let Some(difference) = earlier.difference(record) {
                     return Err(Error::Resume { path: earlier.path.clone(), difference });
                 }
                 // Batches are numbered from the number of samples on, which no earlier batch has come to.
-                (Standing { first, next, batch: next, pilot: None }, planned.is_none_or(|planned| planned > next))
+                (ResumeState { first, next, batch: next, pilot: None }, planned.is_none_or(|planned| planned > next))
             }
         };
         let paths = film.pixels().iter().map(surelight_film::PixelMoments::samples).sum();
@@ -121,7 +121,7 @@ impl Checkpoint {
     }
 
     /// Writes it. A failure is told at the end: the render itself goes on.
-    pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &Standing, counts: &Counts) {
+    pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &ResumeState, counts: &Counts) {
         let Some(path) = &self.path else { return };
         let written = write_exr(path, film, &record.metadata(film, standing, counts, true));
         if written.is_ok() {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use surelight_render::{AdapterChoice, Ahead, Blueprint, Device, Integrator, Prepared, Settings};
+use surelight_render::{AdapterChoice, Blueprint, Device, Integrator, PrecompiledKernel, Prepared, Settings};
 use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
@@ -45,8 +45,12 @@ impl Loaded {
     }
 
     /// Builds the BVH, the lights and the textures, and compiles the kernel meanwhile.
-    pub(super) fn prepare(&mut self, device: &Device, settings: &Settings) -> Result<(Prepared, Ahead), Error> {
-        let compile = |blueprint: &Blueprint| Ahead::compile(device, blueprint);
+    pub(super) fn prepare(
+        &mut self,
+        device: &Device,
+        settings: &Settings,
+    ) -> Result<(Prepared, PrecompiledKernel), Error> {
+        let compile = |blueprint: &Blueprint| PrecompiledKernel::compile(device, blueprint);
         let (prepared, ahead) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
         let (broken, flat) = (prepared.accel.skipped.non_finite, prepared.accel.skipped.zero_area);
         if flat > 0 && flat + broken >= self.scene.triangle_count() as u64 {

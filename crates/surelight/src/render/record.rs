@@ -2,7 +2,7 @@
 
 use surelight_film::settings::{Camera, Environment, Lens, Projection};
 use surelight_film::{Film, Metadata, Part, RenderSettings, Window};
-use surelight_render::{Counts, Device, Standing};
+use surelight_render::{Counts, Device, ResumeState};
 use surelight_scene as scene;
 
 use crate::fingerprint;
@@ -88,7 +88,7 @@ impl Record {
     }
 
     /// What goes into a file; `part`: whether the render can go on from it, or it can be merged with others.
-    pub(super) fn metadata(&self, film: &Film, standing: &Standing, counts: &Counts, part: bool) -> Metadata {
+    pub(super) fn metadata(&self, film: &Film, standing: &ResumeState, counts: &Counts, part: bool) -> Metadata {
         let part = self.base.part.as_ref().filter(|_| part).map(|base| Part {
             next_batch: standing.batch,
             pilot: standing.pilot,

@@ -1,4 +1,4 @@
-//! The records that host code lays out by itself, stated for comparison with what composed shaders say.
+//! Layouts of the records that host code declares, for comparison with those of composed shaders.
 
 use surelight_film::BatchSum;
 use surelight_prepare::{RecordLayout, host_layout};

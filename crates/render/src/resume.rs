@@ -4,7 +4,7 @@ use surelight_prepare::Batches;
 
 /// Where a render stands: what it takes to go on with it, beside the film. The default is its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
+pub struct ResumeState {
     /// The first sample of this part of the render.
     pub first: u32,
     /// The film holds the samples from the first up to this one, which is the next to be traced.
@@ -15,7 +15,7 @@ pub struct Standing {
     pub pilot: Option<[u32; 2]>,
 }
 
-impl Standing {
+impl ResumeState {
     /// Before sample `first` of a render of `spp` samples a pixel.
     ///
     /// # Errors
