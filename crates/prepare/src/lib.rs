@@ -46,6 +46,7 @@ mod reflect;
 mod settings;
 mod sheen;
 mod slots;
+mod surface;
 mod textures;
 mod unreachable;
 mod view;

@@ -21,6 +21,7 @@ use surelight_scene::{AlphaMode, Camera, Material, Projection, Scene};
 use super::clip::Planes;
 use super::light_flow::LightFlow;
 use super::lobes::{has_facets, is_coated, is_pane};
+use super::surface::Surface;
 use super::view::View;
 
 /// Rays through the picture.
@@ -202,10 +203,9 @@ impl Walk<'_> {
         let mut ray = Ray::new(origin.as_vec3(), direction.as_vec3());
         for _ in 0..MOST_PASSED {
             let hit = self.accel.intersect(&ray)?;
-            let source = &self.accel.triangles[hit.prim as usize];
-            let material = self.scene.meshes[source.mesh as usize].material;
-            if self.scene.materials[material].alpha_mode == AlphaMode::Opaque {
-                return Some(self.specular[material]);
+            let surface = Surface::at(self.scene, self.accel, &hit);
+            if surface.material.alpha_mode == AlphaMode::Opaque {
+                return Some(self.specular[surface.material_index]);
             }
             // Cover is not looked up: what is behind counts.
             ray.t_min = hit.t * (1.0 + 1e-5);
