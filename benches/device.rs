@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use surelight_film::Film;
-use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings, instrument};
+use surelight_prepare::{Instrument, Sampler, Settings};
+use surelight_render::{Formula, Integrand, Renderer, instrument};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, probes};
 use surelight_tests::render::{device, prepare};
@@ -19,7 +20,7 @@ fn scenes() -> [(&'static str, Scene); 2] {
     [("cornell-box", cornell_box::cornell_box()), ("terrain-100k", probes::terrain(224))]
 }
 
-fn renderer(prepared: &surelight_render::Prepared) -> Renderer<'static> {
+fn renderer(prepared: &surelight_prepare::Prepared) -> Renderer<'static> {
     Renderer::new(device(), prepared).unwrap_or_else(|e| panic!("{e}"))
 }
 

@@ -10,7 +10,8 @@ use std::time::Instant;
 
 use surelight_bench::conditions::cpu_seconds;
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Device, PrecompiledKernel, Prepared, Renderer, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, PrecompiledKernel, Renderer};
 use surelight_scene::{Environment, LoadOptions};
 
 const SIZE: u32 = 256;

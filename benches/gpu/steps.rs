@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use surelight_film::Film;
-use surelight_render::{Device, Instrument, Prepared, Renderer, Settings, instrument};
+use surelight_prepare::{Instrument, Prepared, Settings};
+use surelight_render::{Device, Renderer, instrument};
 use surelight_scene::{Camera, Environment, LoadOptions, Scene};
 use surelight_scenes::{cornell_box, many_lights, probes};
 

@@ -3,9 +3,8 @@
 //! was built, or whether what it was made from had been guessed right.
 
 use surelight_film::Film;
-use surelight_render::{
-    Blueprint, Checks, Directions, Integrator, PrecompiledKernel, Prepared, Renderer, Settings, instrument,
-};
+use surelight_prepare::{Blueprint, Directions, Integrator, Prepared, Settings};
+use surelight_render::{Checks, PrecompiledKernel, Renderer, instrument};
 use surelight_scene::{Environment, Scene};
 use surelight_scenes::{GALLERY, cornell_box, glass, probes, textured};
 use surelight_tests::render::{all, bits, device, prepare};

@@ -1,7 +1,7 @@
 //! Every kernel that can be put together is valid: naga accepts each part with what it needs, every pair, what shipped
 //! scenes need, and as much as can be together. And what a scene lacks is not in its kernel.
 
-use surelight_render::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
+use surelight_prepare::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
 use surelight_tests::kernel_keys::{constants, everything, key_of, shipped};
 
 /// Root modules of the kernels of this key.

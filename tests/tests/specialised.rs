@@ -1,7 +1,7 @@
 //! A kernel specialised to its scene shows what the general kernel shows: the same scene with a speck that needs every feature there
 //! is, out of sight, compared by Welch's test.
 
-use surelight_render::{Settings, TABLE};
+use surelight_prepare::{Settings, TABLE};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, textured};
 use surelight_tests::kernel_keys::is_chosen_elsewhere;

@@ -1,7 +1,7 @@
 //! What is raced: a method is an integrator, a sampler and the switches that change what a path may do.
 
 use serde::{Deserialize, Serialize};
-use surelight_render::{Directions, Integrator, Sampler, Settings, SharedPaths};
+use surelight_prepare::{Directions, Integrator, Sampler, Settings, SharedPaths};
 use surelight_scene::Scene;
 
 /// One way of estimating the picture.

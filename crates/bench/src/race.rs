@@ -188,7 +188,7 @@ impl Race<'_, '_> {
         let Subject { name, file, hash, scene, settings, load_seconds, warnings, .. } = self.subject;
         let methods = self.plan.methods.iter().zip(setups).zip(lengths);
         let in_vain =
-            self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.shares_paths);
+            self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.reuses_paths);
         let share_nothing: Vec<_> = in_vain
             .map(|(method, _)| format!("{}: there are no paths here that pixels could share", method.name()))
             .collect();
@@ -345,20 +345,20 @@ impl Race<'_, '_> {
 
 /// The checkpoint that a run has reached.
 fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
-    let errors = measure(&run.film, reference, run.shares_paths);
+    let errors = measure(&run.film, reference, run.reuses_paths);
     Row {
         method,
         repeat,
-        spp: run.spp,
-        batches: run.batches,
+        spp: run.spp(),
+        batches: run.batches(),
         rays: run.counts.rays,
         paths: run.counts.paths,
         device_seconds: run.counts.device_seconds,
         dispatch_seconds: Some(run.counts.trace_seconds),
         read_seconds: Some(run.counts.read_seconds),
         film_seconds: Some(run.counts.film_seconds),
-        wall_seconds: run.wall_seconds,
-        cpu_seconds: run.cpu_seconds,
+        wall_seconds: run.wall_seconds(),
+        cpu_seconds: run.cpu_seconds(),
         mean: errors.mean,
         mean_se: errors.mean_se,
         mean_error: errors.mean_error,
@@ -366,7 +366,7 @@ fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Optio
         rel_mse: errors.rel_mse,
         predicted_rel_mse: errors.predicted_rel_mse,
         coverage: errors.coverage,
-        uncertified: (run.batches > 1).then(|| 1.0 - run.film.certify().share()),
+        uncertified: (run.batches() > 1).then(|| 1.0 - run.film.certify().share()),
         flip,
         dropped: run.counts.dropped,
         truncated: run.counts.truncated,

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use surelight_film::{Film, Metadata, read_exr, write_exr};
-use surelight_render::{RenderError, Renderer, Settings};
+use surelight_prepare::Settings;
+use surelight_render::{RenderError, Renderer};
 
 use crate::{
     data::{Clock, ReferenceData},
@@ -39,7 +40,7 @@ pub(crate) fn render(
     let batches = (samples / length).max(2);
     // In parts, so that progress can be told.
     for part in 1..=batches {
-        let done = run.spp;
+        let done = run.spp();
         if !run.grow_to(renderer, part * length, Some(length), &mut || go_on(done))? {
             return Ok(None);
         }
@@ -47,7 +48,7 @@ pub(crate) fn render(
     let reference = Reference::of(&run.film);
     let data = ReferenceData {
         source: method.to_owned(),
-        spp: run.spp.into(),
+        spp: run.spp().into(),
         seconds: run.seconds(clock),
         uncertified: Some(1.0 - run.film.certify().share()),
         ..told(&reference)

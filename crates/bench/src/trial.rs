@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use surelight_film::Film;
-use surelight_render::{Integrator, RenderError, Sampler, Trial, best_trial, judge_trials};
+use surelight_prepare::{Integrator, Sampler};
+use surelight_render::{RenderError, Trial, best_trial, judge_trials};
 
 use crate::{
     data::Clock,
@@ -62,11 +63,11 @@ pub(crate) fn try_out(
         let mut run = Run::new(&method.settings(&subject.settings), STREAM, renderer);
         run.grow_to(renderer, 1, Some(1), &mut || true)?;
         let [least, most] = SAMPLES;
-        samples.push((SECONDS / ROUNDS as f64 / run.wall_seconds.max(1e-4)).clamp(least, most) as u32);
+        samples.push((SECONDS / ROUNDS as f64 / run.wall_seconds().max(1e-4)).clamp(least, most) as u32);
         runs.push(run);
         tried.push(Tried { cost: Cost { clock: 0.0, wall: 0.0 }, films: Vec::new(), seconds: Vec::new() });
     }
-    let first: Vec<[f64; 2]> = runs.iter().map(|run| [run.wall_seconds, run.seconds(clock)]).collect();
+    let first: Vec<[f64; 2]> = runs.iter().map(|run| [run.wall_seconds(), run.seconds(clock)]).collect();
     for round in 0..ROUNDS {
         for (i, method) in methods.iter().enumerate() {
             // Where a sample takes long, one round must do.
@@ -80,15 +81,15 @@ pub(crate) fn try_out(
             let run = &mut runs[i];
             run.film = Film::new(subject.settings.width, subject.settings.height);
             let began = Instant::now();
-            run.grow_to(renderer, run.spp + samples[i], Some(1), &mut || true)?;
+            run.grow_to(renderer, run.spp() + samples[i], Some(1), &mut || true)?;
             let pixels = run.film.pixels().len() as f64;
             tried[i].seconds.push(began.elapsed().as_secs_f64() / f64::from(samples[i]) / pixels);
             tried[i].films.push(run.film.clone());
         }
     }
     for ((tried, run), first) in tried.iter_mut().zip(&runs).zip(&first) {
-        let count = f64::from(run.spp - 1);
-        let wall = (run.wall_seconds - first[0]) / count;
+        let count = f64::from(run.spp() - 1);
+        let wall = (run.wall_seconds() - first[0]) / count;
         let clocked = (run.seconds(clock) - first[1]) / count;
         tried.cost = Cost { clock: clocked.max(0.1 * wall).max(1e-7), wall: wall.max(1e-7) };
     }
@@ -163,7 +164,7 @@ fn heaviness(films: &[Film]) -> f64 {
 #[cfg(test)]
 mod tests {
     use surelight_film::BatchSum;
-    use surelight_render::Settings;
+    use surelight_prepare::Settings;
     use surelight_scene::Scene;
 
     use super::*;

@@ -1,6 +1,6 @@
 //! Which methods are raced: every combination of what each switch may be.
 
-use surelight_render::{Directions, Integrator, Sampler};
+use surelight_prepare::{Directions, Integrator, Sampler};
 
 use crate::method::Method;
 

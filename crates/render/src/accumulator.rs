@@ -7,7 +7,7 @@ use surelight_prepare::{KernelKey, Part, RecordLayout, path_kernel};
 
 use crate::{
     adaptive::Shares,
-    counts::{Counts, Observer},
+    counts::{Counts, Monitor},
     dispatch::{Dispatcher, MAX_DURATION, Slices},
     error::RenderError,
     kernel::{Kernel, Resource, Resources},
@@ -141,8 +141,7 @@ impl Accumulator {
         kernel: &Kernel,
         film: &Film,
         range: BatchRange,
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<Option<Vec<TileSums>>, RenderError> {
         // A pass without samples would write nothing, as if the driver had lost it.
         if range.samples == 0 {
@@ -166,7 +165,7 @@ impl Accumulator {
                 dispatcher.device.clear(sums, Some(bytes / 4))?;
             }
             let slice = |budget, restart| Pass { budget, restart, ..pass };
-            if self.slices.run(dispatcher, kernel, pass.lanes / GROUP, slice, counts, observer)?.is_none() {
+            if self.slices.run(dispatcher, kernel, pass.lanes / GROUP, slice, monitor)?.is_none() {
                 return Ok(None);
             }
             let started = Instant::now();
@@ -176,7 +175,7 @@ impl Accumulator {
                 None => None,
             };
             traced.push(TileSums { tile, sums, coverage });
-            counts.read_seconds += started.elapsed().as_secs_f64();
+            monitor.counts.read_seconds += started.elapsed().as_secs_f64();
         }
         Ok(Some(traced))
     }

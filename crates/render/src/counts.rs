@@ -59,3 +59,9 @@ impl Counts {
 
 /// Called between dispatches; returns whether to continue.
 pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
+
+/// Counts work while it is done, and lets the observer stop it.
+pub(crate) struct Monitor<'m, 'o> {
+    pub(crate) counts: &'m mut Counts,
+    pub(crate) observer: &'m mut Observer<'o>,
+}

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bytemuck::NoUninit;
 
 use crate::{
-    counts::{Counts, Observer},
+    counts::{Counts, Monitor},
     device::Device,
     error::RenderError,
     kernel::{Kernel, Resource, Resources},
@@ -133,8 +133,7 @@ impl Slices {
         kernel: &Kernel,
         workgroups: u32,
         pass: impl Fn(u32, u32) -> P,
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<Option<u64>, RenderError> {
         let (mut restart, mut finished) = (1, 0);
         loop {
@@ -142,6 +141,7 @@ impl Slices {
             let slice = pass(self.budget, restart);
             let (report, on_device) = dispatcher.run(kernel, workgroups, &self.pass_buffer, &slice)?;
             let duration = started.elapsed();
+            let counts = &mut *monitor.counts;
             counts.device_seconds += on_device.unwrap_or(duration.as_secs_f64());
             counts.trace_seconds += duration.as_secs_f64();
             counts.dispatches += 1;
@@ -152,7 +152,7 @@ impl Slices {
             finished += u64::from(report.paths);
             restart = 0;
             self.adapt(duration, report.unfinished > 0);
-            if !observer(counts) {
+            if !(monitor.observer)(monitor.counts) {
                 return Ok(None);
             }
             if report.unfinished == 0 {

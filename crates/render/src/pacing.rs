@@ -1,130 +1,157 @@
-//! A render under way: batch after batch, in passes that lose little when they are interrupted.
+//! A render under way: how long its passes are, when its time is up, and what is reported and saved in between.
 
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use surelight_film::Film;
-
 use surelight_prepare::Batches;
 
-use crate::{counts::Counts, error::RenderError, renderer::Renderer, resume::ResumeState};
+use crate::{
+    counts::Counts,
+    error::RenderError,
+    renderer::Renderer,
+    resume::ResumeState,
+    sampling::{BatchSizes, End, FinishedPass, NextPass, PassVisitor, Position, Schedule, sample},
+};
 
-/// A pass of about this long loses little when it is interrupted; what is left below it is done in one.
-const SHORT: f64 = 2.0;
+/// A pass of about this long loses little when it is interrupted; a remainder shorter than that is done in one.
+const SHORT_SECONDS: f64 = 2.0;
 
-/// Of the time, what saving the film may take.
-const SAVING: f64 = 0.05;
+/// The share of the time that saving the film may take.
+const SAVING_SHARE: f64 = 0.05;
 
-/// Of the time so far, what an interrupted pass may lose.
-const LOSS: f64 = 0.125;
+/// The share of the time so far that an interrupted pass may lose.
+const LOSS_SHARE: f64 = 0.125;
 
-/// How a render stands.
+/// Progress of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Samples a pixel in the film.
+    /// Samples per pixel in the film.
     pub spp: u32,
-    /// Samples a pixel that are planned; `None` where time alone decides, and during a pilot.
+    /// Samples per pixel that are planned; `None` where time alone decides, and during a pilot.
     pub target: Option<u32>,
-    /// Of all samples planned, those finished; `None` without a plan.
+    /// The share of all planned samples that is finished; `None` without a plan.
     pub share: Option<f64>,
-    /// Whether these samples only find out how many will be needed, and are thrown away.
+    /// Whether these samples only estimate how many will be needed, and are thrown away.
     pub pilot: bool,
-    /// Seconds since the loop began.
+    /// Seconds since the render began.
     pub seconds: f64,
     /// Seconds left, estimated; `None` before there is anything to judge by.
     pub seconds_left: Option<f64>,
-    /// Device counts.
+    /// Counts of the device.
     pub counts: Counts,
 }
 
-/// Why the loop ended.
+/// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The goal is met: its samples are in the film, its precision is reached, or its time is up with nothing else asked for.
+    /// The goal is reached: its samples are in the film, its precision is reached, or its time is up with no other goal.
     Done,
-    /// Time was up before the samples or the precision asked for.
+    /// Time was up before the requested samples or precision were reached.
     TimeUp,
-    /// The most samples that may be taken did not bring the precision asked for.
+    /// The largest number of samples allowed did not suffice for the requested precision.
     SamplesUp,
-    /// The observer said stop.
+    /// The observer stopped it.
     Interrupted,
 }
 
-/// Asked between dispatches, whether to go on.
+/// Called between dispatches; returns whether to continue.
 pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
 /// Saves the film while it grows.
 pub struct CheckpointSink<'a> {
-    /// How often: a batch that takes longer is finished first, and it may take 5 % of the time, so a large film is saved less often.
+    /// How often: a batch that takes longer is finished first, and saving may take 5 % of the time, so a large film is
+    /// saved less often.
     pub every: Duration,
-    /// Is given the film, where the render stands, and the counts.
-    pub keep: &'a mut dyn FnMut(&Film, &ResumeState, &Counts),
+    /// Receives the film, the state to resume from, and the counts.
+    pub save: &'a mut dyn FnMut(&Film, &ResumeState, &Counts),
 }
 
 /// A render under way.
 pub(crate) struct Progression<'a, 'd, 'k> {
-    pub(crate) renderer: &'a mut Renderer<'d>,
+    renderer: &'a mut Renderer<'d>,
     /// Sizes of batches.
     pub(crate) plan: Batches,
-    /// Number of the next batch.
-    pub(crate) batch: u32,
-    /// The next sample: all from the first up to it are done.
-    pub(crate) spp: u32,
+    /// The next batch; all samples from the first up to it are done.
+    pub(crate) position: Position,
+    pub(crate) pacing: Pacing<'k>,
+}
+
+/// What decides about passes, and outlasts the parts of a render.
+pub(crate) struct Pacing<'k> {
+    /// The first sample of this part of the render.
+    first: u32,
+    /// Samples per pixel that were done when this run began.
+    begun: u32,
     /// What the pilot found.
     pub(crate) found: Option<[u32; 2]>,
-    first: u32,
-    keeper: Option<CheckpointSink<'k>>,
-    kept: Instant,
-    /// Samples a pixel that were done when this run began.
-    begun: u32,
+    /// Whether the samples are a pilot's.
+    pub(crate) is_pilot: bool,
     pub(crate) started: Instant,
-    pub(crate) pilot: bool,
     time: Option<Duration>,
-    seconds_a_sample: Option<f64>,
+    seconds_per_sample: Option<f64>,
+    sink: Option<CheckpointSink<'k>>,
+    saved: Instant,
 }
 
 impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
     pub(crate) fn new(
         renderer: &'a mut Renderer<'d>,
         time: Option<Duration>,
-        standing: ResumeState,
-        keeper: Option<CheckpointSink<'k>>,
+        state: ResumeState,
+        sink: Option<CheckpointSink<'k>>,
     ) -> Self {
-        let ResumeState { first, next, batch, pilot: found } = standing;
+        let ResumeState { first, next, batch, pilot: found } = state;
         let started = Instant::now();
-        Self {
-            renderer,
-            plan: Batches { planned: None },
-            batch,
-            spp: next,
-            found,
+        let pacing = Pacing {
             first,
-            keeper,
-            kept: started,
             begun: next,
+            found,
+            is_pilot: false,
             started,
-            pilot: false,
             time,
-            seconds_a_sample: None,
-        }
+            seconds_per_sample: None,
+            sink,
+            saved: started,
+        };
+        Self { renderer, plan: Batches { planned: None }, position: Position { sample: next, batch }, pacing }
     }
 
-    /// Where the render stands.
-    pub(crate) fn standing(&self) -> ResumeState {
-        ResumeState { first: self.first, next: self.spp, batch: self.batch, pilot: self.found }
+    /// The state from which another run can continue.
+    pub(crate) fn resume_state(&self) -> ResumeState {
+        self.pacing.resume_state(self.position)
     }
 
-    /// Lets the film be saved, if it is time to.
-    fn keep(&mut self, film: &Film) {
-        let standing = self.standing();
-        if let Some(keeper) = &mut self.keeper
-            && !self.pilot
-            && self.kept.elapsed() >= keeper.every
-        {
-            let began = Instant::now();
-            (keeper.keep)(film, &standing, &self.renderer.counts);
-            self.kept = Instant::now();
-            keeper.every = keeper.every.max(began.elapsed().div_f64(SAVING));
-        }
+    /// Traces until `end` samples per pixel are done (`None`), or says why it stopped before. At least one batch is
+    /// traced, whatever the time.
+    pub(crate) fn advance(
+        &mut self,
+        film: &mut Film,
+        end: Option<u32>,
+        observer: &mut Watch<'_>,
+    ) -> Result<Option<Outcome>, RenderError> {
+        let pixels = f64::from(film.width()) * f64::from(film.height());
+        let mut control = Control {
+            pacing: &mut self.pacing,
+            observer,
+            end,
+            paths_per_sample: pixels * self.renderer.mean_share(&film.window()),
+            paths_before: 0,
+            sample: 0,
+            samples_of_pass: 0.0,
+        };
+        let schedule = Schedule { sizes: BatchSizes::Planned(self.plan), end };
+        Ok(match sample(self.renderer, film, schedule, &mut self.position, &mut control)? {
+            End::Complete => None,
+            End::Stopped(outcome) => Some(outcome),
+            End::Interrupted => Some(Outcome::Interrupted),
+        })
+    }
+}
+
+impl Pacing<'_> {
+    fn resume_state(&self, position: Position) -> ResumeState {
+        ResumeState { first: self.first, next: position.sample, batch: position.batch, pilot: self.found }
     }
 
     /// Seconds until the time is up.
@@ -132,106 +159,102 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
         self.time.map(|t| t.as_secs_f64() - self.started.elapsed().as_secs_f64())
     }
 
-    /// Samples a pixel that the time left allows; `None` where there is no limit or no experience.
+    /// Samples per pixel that the remaining time allows; `None` where there is no limit or no experience.
     pub(crate) fn affordable_spp(&self) -> Option<u32> {
-        Some((self.seconds_left()?.max(0.0) / self.seconds_a_sample?) as u32)
+        Some((self.seconds_left()?.max(0.0) / self.seconds_per_sample?) as u32)
     }
 
-    /// Traces until `until` samples a pixel are done (`None`), or tells why it stopped before. At least one batch is traced,
-    /// whatever the time.
-    pub(crate) fn advance(
-        &mut self,
-        film: &mut Film,
-        until: Option<u32>,
-        observer: &mut Watch<'_>,
-    ) -> Result<Option<Outcome>, RenderError> {
-        loop {
-            let samples = self.plan.next(self.spp, until);
-            if samples == 0 {
-                return Ok(None);
-            }
-            let cost = self.seconds_a_sample.map(|s| s * f64::from(samples));
-            let left = self.seconds_left();
-            if let (Some(left), Some(cost)) = (left, cost)
-                && left < cost
-                && self.spp > self.first
-            {
-                return Ok(Some(Outcome::TimeUp));
-            }
-            let batches = self.batches_of_pass(until, cost, left);
-            let before = self.renderer.counts;
-            let pass_started = Instant::now();
-            let (batch, spp) = (self.batch, self.spp);
-            if !self.trace(film, until, batches, samples, observer)? {
-                // Thrown away with the pass; the time is spent.
-                let spent = self.renderer.counts;
-                self.renderer.counts = Counts {
-                    trace_seconds: spent.trace_seconds,
-                    device_seconds: spent.device_seconds,
-                    read_seconds: spent.read_seconds,
-                    film_seconds: spent.film_seconds,
-                    dispatches: spent.dispatches,
-                    ..before
-                };
-                return Ok(Some(Outcome::Interrupted));
-            }
-            self.seconds_a_sample = Some(pass_started.elapsed().as_secs_f64() / f64::from(batches * samples));
-            self.batch = batch + batches;
-            self.spp = spp + batches * samples;
-            self.keep(film);
-        }
-    }
-
-    /// How many batches to trace at once, each costing `cost` seconds.
-    fn batches_of_pass(&self, until: Option<u32>, cost: Option<f64>, left: Option<f64>) -> u32 {
+    /// How many batches the next pass should have, each of which costs `cost` seconds.
+    fn batches_of_pass(&self, next: &NextPass, is_last: bool, cost: Option<f64>, seconds_left: Option<f64>) -> u32 {
         let Some(cost) = cost else { return 1 };
-        let mut pass_seconds = (LOSS * self.started.elapsed().as_secs_f64()).max(SHORT);
-        if let Some(keeper) = self.keeper.as_ref().filter(|_| !self.pilot) {
-            let due = keeper.every.saturating_sub(self.kept.elapsed()).as_secs_f64();
+        let mut pass_seconds = (LOSS_SHARE * self.started.elapsed().as_secs_f64()).max(SHORT_SECONDS);
+        if let Some(sink) = self.sink.as_ref().filter(|_| !self.is_pilot) {
+            let due = sink.every.saturating_sub(self.saved.elapsed()).as_secs_f64();
             pass_seconds = pass_seconds.min(due);
         }
-        let run = self.plan.run(self.spp, until);
         let fits = (pass_seconds / cost).max(1.0) as u32;
-        let mut batches =
-            if until.is_some() && f64::from(run) * cost < 2.0 * pass_seconds.min(SHORT) { run } else { fits.min(run) };
-        if let Some(left) = left {
+        let is_short = f64::from(next.run) * cost < 2.0 * pass_seconds.min(SHORT_SECONDS);
+        let mut batches = if is_last && is_short { next.run } else { fits.min(next.run) };
+        if let Some(left) = seconds_left {
             batches = batches.min((left / cost) as u32);
         }
-        batches.clamp(1, self.renderer.max_batches())
+        batches.clamp(1, next.max_batches)
     }
 
-    fn trace(
-        &mut self,
-        film: &mut Film,
-        until: Option<u32>,
-        batches: u32,
-        samples: u32,
-        observer: &mut Watch<'_>,
-    ) -> Result<bool, RenderError> {
-        let pixels = f64::from(film.width()) * f64::from(film.height());
-        let (spp, pilot, started, time) = (self.spp, self.pilot, self.started, self.time);
-        let first = if pilot { 0 } else { self.first };
-        let begun = if pilot { 0.0 } else { f64::from(self.begun - first) };
-        let (paths_before, of_pass) = (self.renderer.counts.paths, f64::from(batches) * f64::from(samples));
-        let a_sample = pixels * self.renderer.mean_share(&film.window());
-        let until = until.map(|until| until - first);
-        let mut watch = |counts: &Counts| {
-            let seconds = started.elapsed().as_secs_f64();
-            let in_pass = ((counts.paths - paths_before) as f64 / a_sample).min(of_pass);
-            let share = until.map(|n| (f64::from(spp - first) + in_pass) / f64::from(n));
-            let by_share = share.zip(until).and_then(|(share, n)| {
-                let here = share - begun / f64::from(n);
-                (here > 0.0).then(|| seconds * (1.0 - share).max(0.0) / here)
-            });
-            let by_time = time.map(|t| (t.as_secs_f64() - seconds).max(0.0));
-            let seconds_left = match (by_share, by_time) {
-                (Some(a), Some(b)) => Some(a.min(b)),
-                (a, b) => a.or(b),
-            };
-            let target = until.filter(|_| !pilot);
-            observer(&Progress { spp: spp - first, target, share, pilot, seconds, seconds_left, counts: *counts })
+    /// Has the film saved, if that is due.
+    fn save(&mut self, film: &Film, position: Position, counts: &Counts) {
+        let state = self.resume_state(position);
+        if let Some(sink) = &mut self.sink
+            && !self.is_pilot
+            && self.saved.elapsed() >= sink.every
+        {
+            let began = Instant::now();
+            (sink.save)(film, &state, counts);
+            self.saved = Instant::now();
+            sink.every = sink.every.max(began.elapsed().div_f64(SAVING_SHARE));
+        }
+    }
+}
+
+/// Decides about the passes of one call of [`Progression::advance`].
+struct Control<'c, 'k, 'w> {
+    pacing: &'c mut Pacing<'k>,
+    observer: &'c mut Watch<'w>,
+    end: Option<u32>,
+    paths_per_sample: f64,
+    /// Paths before the pass.
+    paths_before: u64,
+    /// The first sample of the pass.
+    sample: u32,
+    /// Samples per pixel in the pass.
+    samples_of_pass: f64,
+}
+
+impl PassVisitor for Control<'_, '_, '_> {
+    type Stop = Outcome;
+
+    fn before_pass(&mut self, next: &NextPass, counts: &Counts) -> ControlFlow<Outcome, u32> {
+        let pacing = &*self.pacing;
+        let cost = pacing.seconds_per_sample.map(|seconds| seconds * f64::from(next.samples));
+        let left = pacing.seconds_left();
+        if let (Some(left), Some(cost)) = (left, cost)
+            && left < cost
+            && next.position.sample > pacing.first
+        {
+            return ControlFlow::Break(Outcome::TimeUp);
+        }
+        let batches = pacing.batches_of_pass(next, self.end.is_some(), cost, left);
+        self.paths_before = counts.paths;
+        self.sample = next.position.sample;
+        self.samples_of_pass = f64::from(batches) * f64::from(next.samples);
+        ControlFlow::Continue(batches)
+    }
+
+    fn after_dispatch(&mut self, counts: &Counts) -> bool {
+        let Pacing { first, begun, is_pilot: pilot, started, time, .. } = *self.pacing;
+        let first = if pilot { 0 } else { first };
+        let begun = if pilot { 0.0 } else { f64::from(begun - first) };
+        let spp = self.sample - first;
+        let target = self.end.map(|end| end - first);
+        let seconds = started.elapsed().as_secs_f64();
+        let in_pass = ((counts.paths - self.paths_before) as f64 / self.paths_per_sample).min(self.samples_of_pass);
+        let share = target.map(|n| (f64::from(spp) + in_pass) / f64::from(n));
+        let by_share = share.zip(target).and_then(|(share, n)| {
+            let here = share - begun / f64::from(n);
+            (here > 0.0).then(|| seconds * (1.0 - share).max(0.0) / here)
+        });
+        let by_time = time.map(|t| (t.as_secs_f64() - seconds).max(0.0));
+        let seconds_left = match (by_share, by_time) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
         };
-        let number = if self.renderer.key().is_one_sequence() { self.spp } else { self.batch };
-        self.renderer.trace(film, number, batches, samples, &mut watch)
+        let target = target.filter(|_| !pilot);
+        (self.observer)(&Progress { spp, target, share, pilot, seconds, seconds_left, counts: *counts })
+    }
+
+    fn after_pass(&mut self, film: &mut Film, pass: &FinishedPass, counts: &Counts) -> ControlFlow<Outcome> {
+        self.pacing.seconds_per_sample = Some(pass.seconds / f64::from(pass.batches * pass.samples));
+        self.pacing.save(film, pass.position, counts);
+        ControlFlow::Continue(())
     }
 }

@@ -14,7 +14,7 @@ use surelight_prepare::{KernelKey, LightTracing, RecordLayout};
 use crate::{
     accumulator::{TileSums, lost_samples},
     adaptive::Shares,
-    counts::{Counts, Observer},
+    counts::Monitor,
     device::Device,
     dispatch::{Dispatcher, MAX_DURATION, Slices},
     error::RenderError,
@@ -150,8 +150,7 @@ impl Particles {
         range: BatchRange,
         shares: Option<&Shares>,
         traced: &mut [TileSums],
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<bool, RenderError> {
         // Tiles are bands of one width, from the top: as many of them at once as there is room for.
         let mut rest = traced;
@@ -179,12 +178,12 @@ impl Particles {
             let height = now.iter().map(|sums| sums.tile.size[1]).sum();
             let band = Tile { corner, size: [width, height], side: 1 };
             for k in 0..range.batches {
-                if !self.trace_batch(dispatcher, kernel, &band, range, k, counts, observer)? {
+                if !self.trace_batch(dispatcher, kernel, &band, range, k, monitor)? {
                     return Ok(false);
                 }
                 let began = Instant::now();
                 let splats = self.read_splats(dispatcher.device, band.size)?;
-                counts.read_seconds += began.elapsed().as_secs_f64();
+                monitor.counts.read_seconds += began.elapsed().as_secs_f64();
                 for TileSums { tile, sums, .. } in now.iter_mut() {
                     let share = |pixel: [u32; 2]| {
                         shares.map_or(1.0, |s| f64::from(s.samples(pixel, range.samples)) / f64::from(range.samples))
@@ -204,8 +203,7 @@ impl Particles {
         band: &Tile,
         range: BatchRange,
         k: u32,
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<bool, RenderError> {
         dispatcher.device.clear(&self.splats, None)?;
         let BatchRange { first, samples, .. } = range;
@@ -223,7 +221,7 @@ impl Particles {
             let count = (u64::from(these) * per_sample) as u32;
             let first = (u64::from(at) * per_sample) as u32;
             let slice = |budget, restart| EmissionPass { sequence, first, count, budget, restart, ..batch };
-            match self.slices.run(dispatcher, kernel, self.lanes / GROUP, slice, counts, observer)? {
+            match self.slices.run(dispatcher, kernel, self.lanes / GROUP, slice, monitor)? {
                 None => return Ok(false),
                 Some(done) if done != u64::from(count) => {
                     let message = format!("{done} of {count} particles were traced to their end");

@@ -9,7 +9,7 @@ use surelight_prepare::{KernelKey, Prepared};
 use crate::{
     accumulator::Accumulator,
     adaptive::{PILOT, PILOT_SEED, Shares, SharesOnDevice, min_share},
-    counts::{Counts, Observer},
+    counts::{Counts, Monitor, Observer},
     device::Device,
     dispatch::Dispatcher,
     error::RenderError,
@@ -184,20 +184,20 @@ impl<'a> Renderer<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<bool, RenderError> {
         let range = BatchRange { first: first_batch, batches, samples };
-        let (dispatcher, kernels, counts) = (&self.dispatcher, &self.kernels, &mut self.counts);
-        let Some(mut traced) = self.accumulator.trace(dispatcher, &kernels.paths, film, range, counts, observer)?
-        else {
+        let (dispatcher, kernels) = (&self.dispatcher, &self.kernels);
+        let monitor = &mut Monitor { counts: &mut self.counts, observer };
+        let Some(mut traced) = self.accumulator.trace(dispatcher, &kernels.paths, film, range, monitor)? else {
             return Ok(false);
         };
         let shares = self.shares.as_ref().map(|on_device| &on_device.shares);
         if let Some((particles, kernel)) = self.particles.as_mut().zip(kernels.particles.as_ref())
-            && !particles.trace(dispatcher, kernel, range, shares, &mut traced, counts, observer)?
+            && !particles.trace(dispatcher, kernel, range, shares, &mut traced, monitor)?
         {
             return Ok(false);
         }
         let started = Instant::now();
         self.accumulator.add_to_film(film, traced, samples, shares)?;
-        counts.film_seconds += started.elapsed().as_secs_f64();
+        self.counts.film_seconds += started.elapsed().as_secs_f64();
         Ok(true)
     }
 

@@ -1,8 +1,8 @@
-//! Where a render stands.
+//! The state that a render resumes from.
 
 use surelight_prepare::Batches;
 
-/// Where a render stands: what it takes to go on with it, beside the film. The default is its beginning.
+/// The state of a render beside its film, from which another run can continue. The default is its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ResumeState {
     /// The first sample of this part of the render.
@@ -11,12 +11,13 @@ pub struct ResumeState {
     pub next: u32,
     /// Number of the next batch.
     pub batch: u32,
-    /// With a precision, what its pilot found: the samples that batches are planned for, and those before the first look.
+    /// With a precision, what its pilot found: the samples that batches are planned for, and those before the first
+    /// check.
     pub pilot: Option<[u32; 2]>,
 }
 
 impl ResumeState {
-    /// Before sample `first` of a render of `spp` samples a pixel.
+    /// Before sample `first` of a render of `spp` samples per pixel.
     ///
     /// # Errors
     /// Where no batch ends there: the nearest samples on either side where one does.

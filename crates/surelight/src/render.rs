@@ -136,7 +136,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
     let keeper = CheckpointSink {
         every: args.parts.checkpoint,
-        keep: &mut |film, standing, counts| checkpoint.write(&record, film, standing, counts),
+        save: &mut |film, state, counts| checkpoint.write(&record, film, state, counts),
     };
     // Once something is in the film, Ctrl-C need not wait: there is an image to write.
     let watch = &mut |status: &surelight_render::Progress| {

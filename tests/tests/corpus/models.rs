@@ -6,7 +6,8 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2};
 use surelight_film::{Film, Window};
-use surelight_render::{Prepared, Renderer, Settings, instrument};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::instrument;
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Projection, Scene, load};
 use surelight_tests::render::{Judge, all, device, pooled};
 

@@ -1,7 +1,8 @@
 //! The kernel with all bounds checks and the one without give the same picture of every case.
 
 use surelight_film::Film;
-use surelight_render::{Checks, Renderer, Settings, instrument};
+use surelight_prepare::Settings;
+use surelight_render::{Checks, instrument};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 

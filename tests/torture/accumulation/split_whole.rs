@@ -2,7 +2,8 @@
 //! are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
-use surelight_render::{Instrument, Prepared, Renderer, Settings, instrument};
+use surelight_prepare::{Instrument, Prepared, Settings};
+use surelight_render::{Renderer, instrument};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 

@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test, z_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Integrator, Part, Renderer, Settings, instrument};
+use surelight_prepare::{Integrator, Part, Settings};
+use surelight_render::{Renderer, instrument};
 use surelight_scene::{
     AlphaMode, Camera, Clearcoat, ClipRange, Environment, Instance, Light, LightKind, Material, Projection, Scene,
     Volume,

@@ -1,6 +1,6 @@
 //! Light that comes by mirrors alone.
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::probes;
 use surelight_tests::render::{all, render};
 

@@ -1,7 +1,7 @@
 //! Lights behind glass: what cannot be found is said to be missing, what is found by chance is not believed.
 
 use glam::DVec3;
-use surelight_render::{Integrator, Settings, Unreachable};
+use surelight_prepare::{Integrator, Settings, Unreachable};
 use surelight_scene::{Light, LightKind, Material, Scene, Volume};
 use surelight_scenes::shapes::Shape;
 use surelight_scenes::torture::{self, light::sds as globe};

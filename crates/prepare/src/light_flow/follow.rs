@@ -55,7 +55,7 @@ pub(super) fn follow(input: &FlowInput, emission: &Emission, aimed: bool, u: f64
         // have none.
         let land = if aimed == (events > 0) { scattered } else { 0.0 };
         let bounce = if aimed && events < MAX_EVENTS { delta.reflected + delta.transmitted - through } else { 0.0 };
-        let Some((event, probability)) = choose_event([land, through, bounce], &mut u) else { return None };
+        let (event, probability) = choose_event([land, through, bounce], &mut u)?;
         flux /= probability;
         if event == 0 {
             let solid_angle = if distant { extent } else { extent / (length * length) };
@@ -68,17 +68,14 @@ pub(super) fn follow(input: &FlowInput, emission: &Emission, aimed: bool, u: f64
             passed += 1;
         } else {
             let shares = [delta.reflected, delta.transmitted - through];
-            let Some((lobe, probability)) = choose_event(shares, &mut u) else { return None };
+            let (lobe, probability) = choose_event(shares, &mut u)?;
             flux *= shares[lobe] / probability;
             lobes *= shares[lobe] / delta.total();
             events += 1;
             direction = if lobe == 0 {
                 direction - surface.normal * (2.0 * direction.dot(surface.normal))
             } else {
-                match refract(direction, surface.normal, delta.eta) {
-                    Some(bent) => bent,
-                    None => return None,
-                }
+                refract(direction, surface.normal, delta.eta)?
             };
         }
         // To the side that it leaves for.

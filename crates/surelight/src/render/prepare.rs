@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use surelight_render::{AdapterChoice, Blueprint, Device, Integrator, PrecompiledKernel, Prepared, Settings};
+use surelight_prepare::{Blueprint, Integrator, Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, PrecompiledKernel};
 use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
@@ -100,10 +101,10 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
         shared_paths: match args.shared_paths {
-            SharedPaths::Auto if is_preview(args, view) => surelight_render::SharedPaths::Off,
-            SharedPaths::Auto => surelight_render::SharedPaths::Auto,
-            SharedPaths::On => surelight_render::SharedPaths::On,
-            SharedPaths::Off => surelight_render::SharedPaths::Off,
+            SharedPaths::Auto if is_preview(args, view) => surelight_prepare::SharedPaths::Off,
+            SharedPaths::Auto => surelight_prepare::SharedPaths::Auto,
+            SharedPaths::On => surelight_prepare::SharedPaths::On,
+            SharedPaths::Off => surelight_prepare::SharedPaths::Off,
         },
         adaptive: args.adaptive,
         transparent: args.transparent,
