@@ -43,17 +43,18 @@ fn main() {
         // As a render does it: the kernel is compiled on this thread, trees are built on the others.
         let mut compiling = f64::NAN;
         let settings = Settings::new(SIZE, SIZE);
-        let (prepared, ahead) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
+        let (prepared, precompiled) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
             let started = Instant::now();
-            let ahead = PrecompiledKernel::compile(&device, blueprint);
+            let precompiled = PrecompiledKernel::compile(&device, blueprint);
             compiling = started.elapsed().as_secs_f64();
-            ahead
+            precompiled
         })
         .unwrap_or_else(|e| panic!("{file}: {e}"));
         clock.lap("BVH, lights, textures; composing and compiling beside them");
         println!("| of it composing and compiling | {compiling:.3} | |");
-        let ahead = ahead.unwrap_or_else(|e| panic!("{file}: {e}"));
-        let mut renderer = Renderer::with_kernel(&device, &prepared, ahead).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let precompiled = precompiled.unwrap_or_else(|e| panic!("{file}: {e}"));
+        let mut renderer =
+            Renderer::with_kernel(&device, &prepared, precompiled).unwrap_or_else(|e| panic!("{file}: {e}"));
         clock.lap("upload, the first-hit kernel");
         println!("| of it upload | {:.3} | |", renderer.upload_seconds);
         let mut film = Film::new(SIZE, SIZE);

@@ -103,8 +103,8 @@ fn kernels_compiled_ahead_give_the_same_bits() {
         let clamped = Settings { max_radiance: Some(1.0), ..settings.clone() };
         let other = prepare(&scene, &clamped).blueprint();
         for guess in [right, shallow, other] {
-            let ahead = PrecompiledKernel::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
-            let renderer = Renderer::with_kernel(device(), &prepared, ahead).unwrap_or_else(|e| panic!("{e}"));
+            let precompiled = PrecompiledKernel::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
+            let renderer = Renderer::with_kernel(device(), &prepared, precompiled).unwrap_or_else(|e| panic!("{e}"));
             assert!(traced(renderer) == plain, "{}: the picture or its kernel is another", scene.name);
         }
     }

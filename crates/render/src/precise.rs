@@ -126,7 +126,8 @@ fn pilot(
     match outcome {
         Some(Outcome::Interrupted) => Ok(None),
         _ => {
-            let narrowed = precision.half_width(&found, &found.reachable()) / precision.error;
+            let reachable = found.reachable();
+            let narrowed = precision.half_width(&found, &reachable, &reachable) / precision.error;
             Ok(Some(MARGIN * f64::from(spp) * narrowed * narrowed))
         }
     }

@@ -42,7 +42,7 @@ struct Finished<'a> {
     record: Record,
     goal: Goal,
     outcome: Outcome,
-    standing: ResumeState,
+    state: ResumeState,
     /// Samples a pixel that come from a checkpoint.
     resumed_spp: u32,
     /// What they come from.
@@ -96,11 +96,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     loaded.warnings.extend(args.method.warning(&loaded.scene));
 
     progress.stage("building the BVH of", args.scene.name());
-    let (prepared, ahead) = loaded.prepare(&device, &settings)?;
+    let (prepared, precompiled) = loaded.prepare(&device, &settings)?;
     seconds.bvh = stages.end()?;
 
     progress.stage("compiling the kernel for", args.scene.name());
-    let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
+    let mut renderer = Renderer::with_kernel(&device, &prepared, precompiled)?;
     let method = args.method.with(prepared.integrator);
     let choice = prepared.choice.clone();
     drop(prepared); // the device has its copy
@@ -110,11 +110,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let shared_paths = renderer.key().reuses_paths();
     let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
     check_memory(&window, args.transparent)?;
-    let (mut film, mut standing) = match &earlier {
+    let (mut film, mut state) = match &earlier {
         Some(earlier) => checkpoint.read(earlier, &mut record, args.planned())?,
         None => (Film::of_window(window), args.parts.start(&args.stop)),
     };
-    let resumed_spp = if earlier.is_some() { standing.next - standing.first } else { 0 };
+    let resumed_spp = if earlier.is_some() { state.next - state.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
     // An .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited or
     // the stopping rule must know which pixels light can reach. Under an environment that is all of them.
@@ -134,7 +134,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
-    let keeper = CheckpointSink {
+    let sink = CheckpointSink {
         every: args.parts.checkpoint,
         save: &mut |film, state, counts| checkpoint.write(&record, film, state, counts),
     };
@@ -143,20 +143,20 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         progress.update(status, goal);
         !(interrupt::requested() && status.spp > 0)
     };
-    let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut standing, watch, Some(keeper));
+    let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut state, watch, Some(sink));
     seconds.trace = stages.lap();
-    let metadata = |film: &Film, standing: &ResumeState, counts: &Counts| {
-        record.metadata(film, standing, counts, args.parts.is_part(&args.stop))
+    let metadata = |film: &Film, state: &ResumeState, counts: &Counts| {
+        record.metadata(film, state, counts, args.parts.is_part(&args.stop))
     };
     let outcome = match traced {
         Ok(outcome) => outcome,
         Err(cause) => {
             // What is in the film is worth keeping, whatever became of the device.
-            if standing.next > standing.first {
+            if state.next > state.first {
                 // A second failure adds nothing to the message: what was saved says it.
                 let display = exposure::choose(args.exposure, args.tonemap, &film, &outputs).display;
-                let _ = write(&outputs, &film, &display, &metadata(&film, &standing, &renderer.counts));
-                checkpoint.write(&record, &film, &standing, &renderer.counts);
+                let _ = write(&outputs, &film, &display, &metadata(&film, &state, &renderer.counts));
+                checkpoint.write(&record, &film, &state, &renderer.counts);
             }
             return Err(Error::Tracing { cause, saved: saved::clause() });
         }
@@ -168,12 +168,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
 
     let exposed = exposure::choose(args.exposure, args.tonemap, &film, &outputs);
-    let metadata = Metadata { exposure: exposed.record(), ..metadata(&film, &standing, &renderer.counts) };
+    let metadata = Metadata { exposure: exposed.record(), ..metadata(&film, &state, &renderer.counts) };
     let mut written = write(&outputs, &film, &exposed.display, &metadata);
     if outcome == Outcome::Done && written.is_ok() {
         checkpoint.remove();
     } else {
-        checkpoint.write(&record, &film, &standing, &renderer.counts);
+        checkpoint.write(&record, &film, &state, &renderer.counts);
     }
     if let Err(Error::Outputs { checkpoint: kept, .. }) = &mut written {
         *kept = checkpoint.kept();
@@ -197,7 +197,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         record,
         goal,
         outcome,
-        standing,
+        state,
         resumed_spp,
         resumed_from: earlier.as_ref().map(checkpoint::Earlier::source),
         checkpoint: (outcome != Outcome::Done).then(|| checkpoint.kept()).flatten(),

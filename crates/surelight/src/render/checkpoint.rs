@@ -104,7 +104,7 @@ impl Checkpoint {
         let differs =
             |sameness| difference(&metadata, record.beginning(), sameness).or_else(|| portion(&metadata, record));
         let exact = differs(Sameness::Bits).is_none();
-        let (standing, extends) = match &metadata.part {
+        let (state, extends) = match &metadata.part {
             Some(part) if exact => (ResumeState { first, next, batch: part.next_batch, pilot: part.pilot }, false),
             _ => {
                 if let Some(difference) = earlier.difference(record) {
@@ -117,13 +117,13 @@ impl Checkpoint {
         let paths = film.pixels().iter().map(surelight_film::PixelMoments::samples).sum();
         record.after(&metadata, paths, extends);
         self.ours = !earlier.finished;
-        Ok((film, standing))
+        Ok((film, state))
     }
 
     /// Writes it. A failure is told at the end: the render itself goes on.
-    pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &ResumeState, counts: &Counts) {
+    pub(super) fn write(&mut self, record: &Record, film: &Film, state: &ResumeState, counts: &Counts) {
         let Some(path) = &self.path else { return };
-        let written = write_exr(path, film, &record.metadata(film, standing, counts, true));
+        let written = write_exr(path, film, &record.metadata(film, state, counts, true));
         if written.is_ok() {
             self.ours = true;
             saved::add(path);

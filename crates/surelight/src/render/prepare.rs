@@ -52,7 +52,7 @@ impl Loaded {
         settings: &Settings,
     ) -> Result<(Prepared, PrecompiledKernel), Error> {
         let compile = |blueprint: &Blueprint| PrecompiledKernel::compile(device, blueprint);
-        let (prepared, ahead) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
+        let (prepared, precompiled) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
         let (broken, flat) = (prepared.accel.skipped.non_finite, prepared.accel.skipped.zero_area);
         if flat > 0 && flat + broken >= self.scene.triangle_count() as u64 {
             self.warnings.push("no triangle has an area: the picture shows the surroundings alone".into());
@@ -78,7 +78,7 @@ impl Loaded {
                 self.warnings.push(text);
             }
         }
-        Ok((prepared, ahead?))
+        Ok((prepared, precompiled?))
     }
 }
 
