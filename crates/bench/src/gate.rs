@@ -1,16 +1,22 @@
-//! Two versions side by side: is the new one slower, less accurate, or does it show another picture?
+//! Two versions side by side: is the new one slower, less accurate, or does it show another
+//! picture?
 //!
-//! Every method that both reports have is held against itself, at the largest number of samples that both have. *Speed* compares the seconds of a
-//! sample, *error* the relative mean square error at equal samples, *picture* the mean radiance, for which no reference is needed. A
-//! loss is called only where it exceeds what is tolerated by more than the spread of repeats explains: the probability of any false alarm in the whole
-//! comparison is kept below 5 %, by Šidák's correction over all its tests. Spreads of time are pooled over the methods of a scene, which the
-//! same machine shakes alike.
+//! Every method that both reports have is held against itself, at the largest number of samples
+//! that both have. *Speed* compares the seconds of a sample, *error* the relative mean square error
+//! at equal samples, *picture* the mean radiance, for which no reference is needed. A loss is
+//! called only where it exceeds what is tolerated by more than the spread of repeats explains: the
+//! probability of any false alarm in the whole comparison is kept below 5 %, by Šidák's correction
+//! over all its tests. Spreads of time are pooled over the methods of a scene, which the same
+//! machine shakes alike.
+
+mod shift;
 
 use serde::Serialize;
-use surelight_estimate::{Moments, normal_survival, sidak_level, student_t_quantile, student_t_survival};
+use surelight_estimate::{Moments, sidak_level};
 
+use self::shift::{Shift, mean_shift, shift};
 use crate::{
-    analysis::{CONFIDENCE, Interval},
+    analysis::Interval,
     data::{Clock, Data, Row, SceneData},
     error::BenchError,
     report::text::factor,
@@ -71,13 +77,6 @@ impl Comparison {
     }
 }
 
-/// A logarithm of a ratio with its standard error.
-struct Shift {
-    value: f64,
-    se: f64,
-    dof: f64,
-}
-
 /// The figures of a method in both versions.
 struct Pair<'a> {
     scene: &'a SceneData,
@@ -103,7 +102,8 @@ pub fn compare(old: &Data, new: &Data, tolerance: Tolerance) -> Result<Compariso
             }
             Some(before) => {
                 if before.hash != scene.hash {
-                    // A version that reads more of a file has another hash of it: no reason not to look.
+                    // A version that reads more of a file has another hash of it: no reason not to
+                    // look.
                     notes
                         .push(format!("{} is another scene, or is read otherwise, than in the old report", scene.name));
                 }
@@ -166,7 +166,7 @@ fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> 
             dof: freedom,
         };
         let error = shift(&pair.error);
-        let mean = mean(&pair.rows);
+        let mean = mean_shift(&pair.rows);
         let mut losses = Vec::new();
         let limit = (1.0 + tolerance.ratio).ln();
         let ratio = |shift: &Shift| shift.interval(f64::exp);
@@ -190,55 +190,6 @@ fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> 
         }
     };
     pairs.iter().map(one).collect()
-}
-
-/// Welch's difference of two means; `None` where one has no spread to judge by.
-fn shift([old, new]: &[Moments; 2]) -> Option<Shift> {
-    if old.count() < 2 || new.count() < 2 {
-        return None;
-    }
-    let (a, b) = (old.variance_of_mean(), new.variance_of_mean());
-    let dof = surelight_estimate::satterthwaite(&[(a, old.count() as f64 - 1.0), (b, new.count() as f64 - 1.0)]);
-    Some(Shift { value: new.mean() - old.mean(), se: (a + b).sqrt(), dof })
-}
-
-/// Relative difference of the mean radiance.
-fn mean(rows: &[Vec<&Row>; 2]) -> Option<Shift> {
-    let of = |rows: &[&Row]| {
-        let n = rows.len() as f64;
-        let variance: f64 = rows.iter().map(|r| r.mean_se.map(|se| se * se)).sum::<Option<f64>>()? / (n * n);
-        Some((rows.iter().map(|r| r.mean).sum::<f64>() / n, variance))
-    };
-    let ((old, a), (new, b)) = (of(&rows[0])?, of(&rows[1])?);
-    (old > 0.0).then(|| Shift { value: (new - old) / old, se: (a + b).sqrt() / old, dof: f64::INFINITY })
-}
-
-impl Shift {
-    /// Probability of something as far above zero by chance.
-    fn p(&self, beyond: f64) -> f64 {
-        let far = self.value - beyond;
-        if self.se == 0.0 {
-            return if far > 0.0 { 0.0 } else { 1.0 };
-        }
-        if self.dof.is_finite() { student_t_survival(far / self.se, self.dof) } else { normal_survival(far / self.se) }
-    }
-
-    /// Whether it is above a limit, one-sided.
-    fn exceeds(&self, limit: f64, level: f64) -> bool {
-        self.p(limit) < level
-    }
-
-    /// Whether it is further from zero than a limit, either way.
-    fn differs(&self, limit: f64, level: f64) -> bool {
-        let mirrored = Self { value: -self.value, ..*self };
-        self.p(limit) < level / 2.0 || mirrored.p(limit) < level / 2.0
-    }
-
-    /// 95 % interval.
-    fn interval(&self, of: impl Fn(f64) -> f64) -> Interval {
-        let half = if self.se == 0.0 { 0.0 } else { student_t_quantile(0.5 + 0.5 * CONFIDENCE, self.dof) * self.se };
-        Interval { value: of(self.value), low: of(self.value - half), high: of(self.value + half) }
-    }
 }
 
 impl std::fmt::Display for Comparison {
@@ -288,7 +239,8 @@ mod tests {
 
     #[test]
     fn equal_versions_pass() {
-        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α is used up.
+        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α
+        // is used up.
         let alarms = (0..50).filter(|&seed| !losses(seed, 1.0, 0.0).is_empty()).count();
         assert!(alarms <= 2, "{alarms}");
         let strict = Tolerance { ratio: 0.0, mean: 0.0 };
@@ -302,7 +254,8 @@ mod tests {
 
     #[test]
     fn a_slowdown_of_a_fifth_is_caught() {
-        // 2.1 % standard error of a ratio: 20 % are 6.3 of them beyond the tolerated 5 %, and 3.2 are needed.
+        // 2.1 % standard error of a ratio: 20 % are 6.3 of them beyond the tolerated 5 %, and 3.2
+        // are needed.
         let caught = (0..50).filter(|&seed| losses(seed, 1.2, 0.0).iter().any(|l| l.starts_with("slower"))).count();
         assert_eq!(caught, 50);
         // In one method alone, too.

@@ -1,4 +1,5 @@
-//! What is raced: a method is an integrator, a sampler and the switches that change what a path may do.
+//! What is raced: a method is an integrator, a sampler and the switches that change what a path may
+//! do.
 
 use serde::{Deserialize, Serialize};
 use surelight_prepare::{Directions, Integrator, Sampler, Settings, SharedPaths};
@@ -43,7 +44,8 @@ pub struct MethodWords {
 }
 
 impl Method {
-    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by itself.
+    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by
+    /// itself.
     pub const DEFAULT: Self = Self {
         integrator: Integrator::Mis,
         sampler: Sampler::Sobol,

@@ -1,5 +1,5 @@
-//! Renderers of the methods, made when they are needed and kept while memory allows; and progressive renders of a given
-//! length.
+//! Renderers of the methods, made when they are needed and kept while memory allows; and
+//! progressive renders of a given length.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -109,7 +109,8 @@ pub(crate) struct Run {
     first: Position,
     /// The next batch.
     position: Position,
-    /// Where all points of a pixel are of one sequence: the seed that gives this stream samples of its own.
+    /// Where all points of a pixel are of one sequence: the seed that gives this stream samples of
+    /// its own.
     seed: Option<u32>,
     /// Whether pixels reuse one another's paths.
     pub(crate) reuses_paths: bool,
@@ -174,8 +175,8 @@ impl Run {
         }
     }
 
-    /// Continues to `spp` samples per pixel, in batches that grow or of the length given. Returns false when `go_on`
-    /// stopped it: the film then has fewer.
+    /// Continues to `spp` samples per pixel, in batches that grow or of the length given. Returns
+    /// false when `go_on` stopped it: the film then has fewer.
     pub(crate) fn grow_to(
         &mut self,
         renderer: &mut Renderer<'_>,

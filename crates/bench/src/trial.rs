@@ -1,4 +1,5 @@
-//! Short trials before the race: what a sample of each method costs, and which method without bias is to make the reference.
+//! Short trials before the race: what a sample of each method costs, and which method without bias
+//! is to make the reference.
 
 use std::time::Instant;
 
@@ -25,8 +26,8 @@ const SAMPLES: [f64; 2] = [2.0, 16.0];
 /// Batches of trials are those of this stream.
 const STREAM: u32 = u16::MAX as u32;
 
-/// Of the usual method's, by how much the tails of another may be heavier before its efficiency is not believed: who has not met its bright
-/// paths yet seems better than it is.
+/// Of the usual method's, by how much the tails of another may be heavier before its efficiency is
+/// not believed: who has not met its bright paths yet seems better than it is.
 const HEAVIER: f64 = 1.1;
 
 /// What a trial showed.
@@ -37,7 +38,8 @@ struct Tried {
     seconds: Vec<f64>,
 }
 
-/// The costs of methods, in their order, and the method that should make the reference with the reason why.
+/// The costs of methods, in their order, and the method that should make the reference with the
+/// reason why.
 pub(crate) struct Trials {
     pub(crate) costs: Vec<Cost>,
     pub(crate) reference: Method,
@@ -97,8 +99,9 @@ pub(crate) fn try_out(
     Ok(Some(Trials { costs: tried.iter().map(|t| t.cost).collect(), reference, reason }))
 }
 
-/// The integrators without bias among the methods, each with the method that tried it, Sobol's if there is one. The reference's pixels are
-/// independent, so methods whose pixels share paths do not count.
+/// The integrators without bias among the methods, each with the method that tried it, Sobol's if
+/// there is one. The reference's pixels are independent, so methods whose pixels share paths do not
+/// count.
 fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)> {
     let mut found: Vec<(Integrator, usize)> = Vec::new();
     for (i, method) in methods.iter().enumerate().filter(|(_, m)| !m.shared_paths && m.bias(&subject.scene).is_none()) {
@@ -111,7 +114,8 @@ fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)>
     found
 }
 
-/// The most efficient method without bias; the default, which finds light in every way that the others do, unless another is surely better.
+/// The most efficient method without bias; the default, which finds light in every way that the
+/// others do, unless another is surely better.
 fn choose(subject: &Subject, methods: &[Method], tried: &[Tried]) -> (Method, String) {
     let usual = Method::DEFAULT.integrator;
     let enough = |&(_, i): &(Integrator, usize)| tried[i].films.len() == ROUNDS;
@@ -147,7 +151,8 @@ fn reason(best: Integrator, usual: Integrator, trials: &[Trial], unbelieved: usi
     text
 }
 
-/// Mean over pixels of what a single sample makes of the squared deviations, all rounds together: 1 where one sample decides everything.
+/// Mean over pixels of what a single sample makes of the squared deviations, all rounds together: 1
+/// where one sample decides everything.
 fn heaviness(films: &[Film]) -> f64 {
     let Some((first, rest)) = films.split_first() else { return 1.0 };
     let mut all = first.clone();
@@ -183,7 +188,8 @@ mod tests {
         }
     }
 
-    /// Four rounds of 16 batches whose samples are 1 ± noise, but one in `rare` is as bright as that many.
+    /// Four rounds of 16 batches whose samples are 1 ± noise, but one in `rare` is as bright as
+    /// that many.
     fn tried(seed: u64, noise: f64, seconds: f64, rare: u64) -> Tried {
         let mut normal = normals(seed);
         let lanes: Vec<u32> = (0..256).collect();
@@ -230,7 +236,8 @@ mod tests {
 
     #[test]
     fn luck_is_not_taken_for_efficiency() {
-        // One sample in 10,000 is bright: a pixel in 150 has met one, and the others know nothing of it.
+        // One sample in 10,000 is bright: a pixel in 150 has met one, and the others know nothing
+        // of it.
         let (method, reason) =
             choose(&subject(), &[Method::DEFAULT, AREA], &[tried(1, 0.3, 1.0, 0), tried(2, 0.1, 1.0, 10_000)]);
         assert_eq!((method, reason.contains("heavier tails")), (Method::DEFAULT, true), "{reason}");

@@ -1,7 +1,8 @@
 //! How much of the device's time the walk through the BVH takes.
 //!
-//! The kernel is one, and no clock can be read within it. But it can be made to walk every ray twice: the picture stays the same, and what it takes longer
-//! is what a walk takes. The rest is shading, sampling, and keeping states between dispatches.
+//! The kernel is one, and no clock can be read within it. But it can be made to walk every ray
+//! twice: the picture stays the same, and what it takes longer is what a walk takes. The rest is
+//! shading, sampling, and keeping states between dispatches.
 
 use surelight_prepare::{Instrument, Prepared};
 use surelight_render::{Device, RenderError, Renderer, instrument};

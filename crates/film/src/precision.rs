@@ -23,12 +23,14 @@ pub enum Bound {
     /// Student's t: the mean of many samples is about normal (central limit theorem).
     #[default]
     Clt,
-    /// Chebyshev's inequality, which holds for every distribution of known variance; more than twice as wide at 95 %.
+    /// Chebyshev's inequality, which holds for every distribution of known variance; more than
+    /// twice as wide at 95 %.
     Chebyshev,
 }
 
 impl Bound {
-    /// Half-width of the interval at `confidence` (0 to 1) in standard errors, whose square is known to `dof` degrees of freedom.
+    /// Half-width of the interval at `confidence` (0 to 1) in standard errors, whose square is
+    /// known to `dof` degrees of freedom.
     pub fn factor(self, confidence: f64, dof: f64) -> f64 {
         match self {
             Self::Clt => student_t_quantile(0.5 + 0.5 * confidence, dof.max(1.0)),
@@ -37,8 +39,9 @@ impl Bound {
     }
 }
 
-/// A precision to stop at: nine tenths of the certified pixels have an interval at `confidence` whose half-width is at most
-/// `error` times their luminance (or a tenth of the picture's mean, if that is more), and at least half of all pixels are certified.
+/// A precision to stop at: nine tenths of the certified pixels have an interval at `confidence`
+/// whose half-width is at most `error` times their luminance (or a tenth of the picture's mean, if
+/// that is more), and at least half of all pixels are certified.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Precision {
@@ -53,7 +56,8 @@ pub struct Precision {
 /// How precise a picture is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Relative half-width that nine tenths of the certified pixels stay within; infinite where none is certified.
+    /// Relative half-width that nine tenths of the certified pixels stay within; infinite where
+    /// none is certified.
     pub half_width: f64,
     /// Share of the pixels at which light can arrive that are certified, 0 to 1.
     pub certified: f64,
@@ -72,8 +76,8 @@ impl Precision {
         reach.certified >= CERTIFIED_SHARE && reach.half_width <= self.error
     }
 
-    /// Relative half-width that nine tenths of the pixels chosen stay within; infinite where none is. `reachable`: the
-    /// pixels at which light can arrive ([`Film::reachable`]).
+    /// Relative half-width that nine tenths of the pixels chosen stay within; infinite where none
+    /// is. `reachable`: the pixels at which light can arrive ([`Film::reachable`]).
     ///
     /// The standard error of luminance is taken as Σ w_c σ_c: see [`crate::ErrorSummary`].
     pub fn half_width(&self, film: &Film, chosen: &[bool], reachable: &[bool]) -> f64 {
@@ -112,7 +116,8 @@ mod tests {
 
     #[test]
     fn nine_tenths_of_the_certified_pixels_decide() {
-        // Pixel i alternates between 1 ± 0.01 (i + 1); the last is a firefly. 16 batches: 15 degrees of freedom.
+        // Pixel i alternates between 1 ± 0.01 (i + 1); the last is a firefly. 16 batches: 15
+        // degrees of freedom.
         let mut film = Film::new(11, 1);
         let lanes: Vec<u32> = (0..11).collect();
         for batch in 0..16 {

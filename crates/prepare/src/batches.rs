@@ -14,8 +14,9 @@ fn power_of_two(n: u32) -> u32 {
 /// The sizes of batches, which follow from the samples planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batches {
-    /// Samples a pixel that are planned: a full batch is 1/16 of them, rounded down to a power of two. Without a plan, batches
-    /// grow with what is done, so that there are never fewer than 16 that count.
+    /// Samples a pixel that are planned: a full batch is 1/16 of them, rounded down to a power of
+    /// two. Without a plan, batches grow with what is done, so that there are never fewer than 16
+    /// that count.
     pub planned: Option<u32>,
 }
 
@@ -25,17 +26,19 @@ impl Batches {
         power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
     }
 
-    /// Samples in the next batch, when `done` samples a pixel are done and `until` are wanted; 0 when there is nothing left.
+    /// Samples in the next batch, when `done` samples a pixel are done and `until` are wanted; 0
+    /// when there is nothing left.
     ///
-    /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to save when the render is
-    /// interrupted, however many samples it was to have. What is left over at the end makes a shorter batch.
+    /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to
+    /// save when the render is interrupted, however many samples it was to have. What is left over
+    /// at the end makes a shorter batch.
     pub fn next(self, done: u32, until: Option<u32>) -> u32 {
         let left = until.map_or(u32::MAX, |until| until.saturating_sub(done));
         self.full(done).min(power_of_two(done)).min(left)
     }
 
-    /// The batches that end around a sample: where the last one up to it ends, how many there are until there, and where the next
-    /// one ends, when `planned` samples are wanted.
+    /// The batches that end around a sample: where the last one up to it ends, how many there are
+    /// until there, and where the next one ends, when `planned` samples are wanted.
     pub fn around(self, sample: u32) -> ([u32; 2], u32) {
         let (mut done, mut count) = (0, 0);
         loop {

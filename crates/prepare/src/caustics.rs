@@ -1,4 +1,5 @@
-//! What particles from the lights need: where they are sent, from which light, and whether they can be sent at all.
+//! What particles from the lights need: where they are sent, from which light, and whether they can
+//! be sent at all.
 
 use std::f64::consts::PI;
 
@@ -24,7 +25,8 @@ pub(crate) struct Caustics {
     pub(crate) table: Vec<LightEntry>,
     /// What a particle of the usual flux brings to a pixel's sample at the casters' distance.
     pub(crate) usual: f64,
-    /// Samples of all pixels for which one particle per pixel is sent: few particles where they bring little.
+    /// Samples of all pixels for which one particle per pixel is sent: few particles where they
+    /// bring little.
     pub(crate) samples_per_particle: u32,
 }
 
@@ -40,8 +42,8 @@ const SMALL_SHARE: f64 = 0.01;
 impl Caustics {
     /// What is needed, or the reason why particles are of no use.
     ///
-    /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium absorbs. `share`: of the light that
-    /// surfaces scatter, what comes by deltas first.
+    /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium
+    /// absorbs. `share`: of the light that surfaces scatter, what comes by deltas first.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         scene: &Scene,
@@ -110,7 +112,8 @@ fn spread(camera: &Camera, balls: &[Ball]) -> f64 {
     match camera.projection {
         Projection::Orthographic { xmag, ymag } => 4.0 * xmag * ymag,
         Projection::Perspective { yfov, .. } => {
-            // The middle, on a logarithmic scale, between the nearest and the farthest; the shape of the picture hardly matters.
+            // The middle, on a logarithmic scale, between the nearest and the farthest; the shape
+            // of the picture hardly matters.
             let distances = || balls.iter().map(|b| b.center.length().max(b.radius));
             let (near, far) = (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
             4.0 * (0.5 * yfov).tan().powi(2) * near * far
@@ -155,7 +158,8 @@ fn punctual_power(light: &surelight_scene::Light, origin: DVec3, balls: &[Ball])
     }
 }
 
-/// Whether the camera stands inside a medium: whether the first surface of one, on most of three rays, is met from within.
+/// Whether the camera stands inside a medium: whether the first surface of one, on most of three
+/// rays, is met from within.
 fn in_medium(scene: &Scene, accel: &Accel) -> bool {
     let directions = [Vec3::new(0.61, 0.53, 0.59), Vec3::new(-0.57, 0.49, -0.66), Vec3::new(0.31, -0.81, -0.5)];
     directions.into_iter().filter(|&d| starts_inside(scene, accel, d.normalize())).count() >= 2

@@ -1,8 +1,9 @@
-//! How much of the light of an image is reflected between surfaces: whether path reuse by neighbouring pixels pays.
+//! How much of the light of an image is reflected between surfaces: whether path reuse by
+//! neighbouring pixels pays.
 //!
-//! Estimated by rays on the host: camera rays, then a continuation from their hits by the cosine. Materials are judged by
-//! their factors, a texture as a half of its factor. A thousand rays give the share to some hundredths, which is more
-//! than the decision needs.
+//! Estimated by rays on the host: camera rays, then a continuation from their hits by the cosine.
+//! Materials are judged by their factors, a texture as a half of its factor. A thousand rays give
+//! the share to some hundredths, which is more than the decision needs.
 
 use glam::{DVec3, Vec3};
 use surelight_accel::{Accel, Ray};
@@ -18,8 +19,8 @@ use super::{
 
 const RAYS: u32 = 1024;
 
-/// Interreflection over reflection, Σ a(x) a(y) / Σ a(x): with the albedos a of the point x that a camera ray hits and
-/// of the point y that a ray from there hits; 0 for emitters and for no hit.
+/// Interreflection over reflection, Σ a(x) a(y) / Σ a(x): with the albedos a of the point x that a
+/// camera ray hits and of the point y that a ray from there hits; 0 for emitters and for no hit.
 pub(super) fn share(scene: &Scene, accel: &Accel, camera: &Camera, view: &View, planes: &Planes) -> f64 {
     let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
     let [origin, right, up, forward] =

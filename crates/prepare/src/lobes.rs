@@ -2,8 +2,8 @@
 
 use surelight_scene::{AlphaMode, Material};
 
-/// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular strength (even of index 1, since
-/// F90 is the strength, not 1), or a thin film.
+/// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular
+/// strength (even of index 1, since F90 is the strength, not 1), or a thin film.
 pub(super) fn has_facets(m: &Material) -> bool {
     !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0 || has_film(m))
 }
@@ -40,7 +40,8 @@ pub(super) fn is_dispersive(m: &Material) -> bool {
     !m.unlit && m.transmission > 0.0 && m.volume.is_some() && ior_spread(m) > 0.0
 }
 
-/// How far the indices of red and blue are from that of green (KHR_materials_dispersion, the section on implementation).
+/// How far the indices of red and blue are from that of green (KHR_materials_dispersion, the
+/// section on implementation).
 pub(super) fn ior_spread(m: &Material) -> f32 {
     (m.ior - 1.0).max(0.0) * 0.025 * m.dispersion
 }
@@ -55,8 +56,8 @@ pub(super) fn has_alpha_volume(m: &Material) -> bool {
     m.alpha_mode != AlphaMode::Opaque && m.volume.is_some() && transmits(m)
 }
 
-/// Whether light may go straight through: a thin wall whose facets may be smooth. `smooth`: whether α may fall below the kernel's
-/// ALPHA_SMOOTH.
+/// Whether light may go straight through: a thin wall whose facets may be smooth. `smooth`: whether
+/// α may fall below the kernel's ALPHA_SMOOTH.
 pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
     !m.unlit && m.transmission > 0.0 && m.ior != 0.0 && m.volume.is_none() && smooth
 }

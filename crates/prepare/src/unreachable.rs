@@ -1,13 +1,16 @@
-//! Light that no point on it can be connected to: what shines through smooth glass or by mirrors alone.
+//! Light that no point on it can be connected to: what shines through smooth glass or by mirrors
+//! alone.
 //!
-//! Estimators connect a path to a light at a vertex that scatters. From a light whose rays first meet a mirror or smooth glass no
-//! vertex is ever connected, and what comes of it must be found by a direction that happens to meet the light. A light without
-//! extent is never met: its caustics are missing from the picture, whatever the number of samples. An emitter that stands
-//! behind glass on all sides is met by chance: the picture is right in the limit, and its error bars are not to be believed
-//! before chance has done its work.
+//! Estimators connect a path to a light at a vertex that scatters. From a light whose rays first
+//! meet a mirror or smooth glass no vertex is ever connected, and what comes of it must be found by
+//! a direction that happens to meet the light. A light without extent is never met: its caustics
+//! are missing from the picture, whatever the number of samples. An emitter that stands behind
+//! glass on all sides is met by chance: the picture is right in the limit, and its error bars are
+//! not to be believed before chance has done its work.
 //!
-//! Where light is traced from the lights (`Integrator::Caustics`), it reaches what the camera sees directly; what is missing or met by chance
-//! alone is light that comes so and is then seen by a mirror or through glass.
+//! Where light is traced from the lights (`Integrator::Caustics`), it reaches what the camera sees
+//! directly; what is missing or met by chance alone is light that comes so and is then seen by a
+//! mirror or through glass.
 //!
 //! How much that is, [`LightFlow`] finds by rays from the lights.
 
@@ -45,7 +48,8 @@ pub enum Unreachable {
         /// Of all light that surfaces scatter, the share that is missing.
         share: f64,
     },
-    /// Lights without extent, where light is traced from them: what is missing is their caustics in mirrors and behind glass.
+    /// Lights without extent, where light is traced from them: what is missing is their caustics in
+    /// mirrors and behind glass.
     SeenBehind {
         /// Names of the lights, or their numbers in the scene.
         lights: Vec<String>,
@@ -114,7 +118,8 @@ impl Display for Percent {
     }
 }
 
-/// What the flow of light says of the lights. `eye`: the camera's, where light is traced from the lights.
+/// What the flow of light says of the lights. `eye`: the camera's, where light is traced from the
+/// lights.
 pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&Eye>) -> Vec<Unreachable> {
     let name = |&i: &usize| {
         let name = &scene.lights[i].name;
@@ -134,15 +139,16 @@ pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&
     if !lights.is_empty() && flow.missing_share >= LEAST_SHARE {
         found.push(Unreachable::Missing { lights, share: flow.missing_share });
     }
-    // Under an environment an emitter is not all there is, and what is met by chance is seldom dark.
+    // Under an environment an emitter is not all there is, and what is met by chance is seldom
+    // dark.
     if scene.environment.is_none() && flow.emitter_delta_share >= MOST_BY_CHANCE {
         found.push(Unreachable::ByChance { share: flow.emitter_delta_share });
     }
     found
 }
 
-/// How much of the light that a surface gets goes on without being scattered, but for what passes straight through a pane, which light
-/// sampling does, too; 0 where nothing about it is smooth.
+/// How much of the light that a surface gets goes on without being scattered, but for what passes
+/// straight through a pane, which light sampling does, too; 0 where nothing about it is smooth.
 fn specular_share(m: &Material) -> f64 {
     let greatest = |c: &[f32]| f64::from(c.iter().copied().fold(0.0, f32::max));
     let base = if has_facets(m) && m.roughness < SMOOTH {
@@ -198,7 +204,8 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// What the first surface on a ray that covers anything does; `None` where there is none. Camera space.
+    /// What the first surface on a ray that covers anything does; `None` where there is none.
+    /// Camera space.
     fn first(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let mut ray = Ray::new(origin.as_vec3(), direction.as_vec3());
         for _ in 0..MOST_PASSED {

@@ -1,4 +1,5 @@
-//! From a glTF file to pixels: `cargo run --release --example minimal -p surelight-render -- scene.glb`
+//! From a glTF file to pixels: `cargo run --release --example minimal -p surelight-render --
+//! scene.glb`
 
 use std::{error::Error, path::Path};
 

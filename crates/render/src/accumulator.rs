@@ -1,4 +1,5 @@
-//! Samples into batch sums, tile by tile: the buffers of a pass, its dispatches, and the way of its sums to the film.
+//! Samples into batch sums, tile by tile: the buffers of a pass, its dispatches, and the way of its
+//! sums to the film.
 
 use std::time::{Duration, Instant};
 
@@ -56,8 +57,8 @@ pub(crate) struct Accumulator {
 }
 
 impl Accumulator {
-    /// Makes the buffers for an image of `size` pixels, with about `lanes` lanes at once, and enters them among the
-    /// resources.
+    /// Makes the buffers for an image of `size` pixels, with about `lanes` lanes at once, and
+    /// enters them among the resources.
     pub(crate) fn new(
         dispatcher: &Dispatcher<'_>,
         up: &mut Uploader<'_>,
@@ -134,7 +135,8 @@ impl Accumulator {
         self.slices.warm_up(dispatcher, kernel, self.threads, &Pass::warm_up(self.threads))
     }
 
-    /// Traces batches of the film's pixels and reads their sums back; `None` when the observer stopped it.
+    /// Traces batches of the film's pixels and reads their sums back; `None` when the observer
+    /// stopped it.
     pub(crate) fn trace(
         &mut self,
         dispatcher: &Dispatcher<'_>,
@@ -180,7 +182,8 @@ impl Accumulator {
         Ok(Some(traced))
     }
 
-    /// Adds what was traced to the film. `samples`: of a batch's pixel, unless it has another share of them.
+    /// Adds what was traced to the film. `samples`: of a batch's pixel, unless it has another share
+    /// of them.
     pub(crate) fn add_to_film(
         &self,
         film: &mut Film,

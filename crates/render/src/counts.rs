@@ -44,7 +44,8 @@ impl Counts {
         }
     }
 
-    /// The work of `finished`, with the time and the dispatches of these: what an interrupted pass leaves.
+    /// The work of `finished`, with the time and the dispatches of these: what an interrupted pass
+    /// leaves.
     pub(crate) fn without_unfinished(&self, finished: &Self) -> Self {
         Self {
             trace_seconds: self.trace_seconds,

@@ -1,5 +1,5 @@
-//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and the check that
-//! none is lost.
+//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and
+//! the check that none is lost.
 
 use std::time::{Duration, Instant};
 
@@ -24,9 +24,10 @@ pub(crate) const MAX_DURATION: Duration = Duration::from_millis(200);
 
 /// Loop iterations a lane may start a step within.
 ///
-/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step
-/// and count for all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations
-/// before the last step, and that one at most the limit of a traversal, 32,768.
+/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run
+/// eight lanes in step and count for all of them together: each lane keeps to its budget, so the
+/// eight take at most 8 · 4,096 iterations before the last step, and that one at most the limit of
+/// a traversal, 32,768.
 const MIN_BUDGET: u32 = 64;
 const FIRST_BUDGET: u32 = 512;
 const MAX_BUDGET: u32 = 4096;
@@ -54,8 +55,8 @@ impl<'a> Dispatcher<'a> {
         Ok(Self { device, control, readback, stopwatch: Stopwatch::new(device)? })
     }
 
-    /// Writes a pass to its buffer and dispatches over it: its report, and its seconds by the device's clock. Every
-    /// workgroup must have reported.
+    /// Writes a pass to its buffer and dispatches over it: its report, and its seconds by the
+    /// device's clock. Every workgroup must have reported.
     pub(crate) fn run<P: NoUninit>(
         &self,
         kernel: &Kernel,
@@ -90,8 +91,8 @@ impl<'a> Dispatcher<'a> {
     }
 }
 
-/// Dispatches a kernel slice by slice: a lane that has used up its budget of loop iterations continues in the next
-/// dispatch.
+/// Dispatches a kernel slice by slice: a lane that has used up its budget of loop iterations
+/// continues in the next dispatch.
 pub(crate) struct Slices {
     pass_buffer: wgpu::Buffer,
     /// The count of the lanes' finished work.
@@ -107,8 +108,8 @@ impl Slices {
         Self { pass_buffer, counted, budget: FIRST_BUDGET, durations: [MIN_DURATION, max_duration] }
     }
 
-    /// How long a dispatch should last, at least and at most, as far as the remaining work and the limits of the
-    /// budget allow.
+    /// How long a dispatch should last, at least and at most, as far as the remaining work and the
+    /// limits of the budget allow.
     pub(crate) fn set_durations(&mut self, min: Duration, max: Duration) {
         self.durations = [min, max];
     }
@@ -125,8 +126,9 @@ impl Slices {
         Ok(())
     }
 
-    /// Dispatches until no lane has work left. `pass` makes the pass of a budget and of whether lanes start anew (1)
-    /// or continue (0). Counts the work, and returns how much was finished; `None` when the observer stopped it.
+    /// Dispatches until no lane has work left. `pass` makes the pass of a budget and of whether
+    /// lanes start anew (1) or continue (0). Counts the work, and returns how much was finished;
+    /// `None` when the observer stopped it.
     pub(crate) fn run<P: NoUninit>(
         &mut self,
         dispatcher: &Dispatcher<'_>,
@@ -161,7 +163,8 @@ impl Slices {
         }
     }
 
-    /// Doubles the budget after a short dispatch that left work over, and halves it after a long one.
+    /// Doubles the budget after a short dispatch that left work over, and halves it after a long
+    /// one.
     fn adapt(&mut self, duration: Duration, work_is_left: bool) {
         let [min, max] = self.durations;
         if duration < min && work_is_left {

@@ -27,8 +27,8 @@ pub fn set_traversals_per_ray(renderer: &mut Renderer<'_>, count: u32) {
     renderer.accumulator.traversals_per_ray = count.max(1);
 }
 
-/// How long a dispatch should last, at least and at most, as far as the remaining work and the limit on a lane's
-/// iterations allow.
+/// How long a dispatch should last, at least and at most, as far as the remaining work and the
+/// limit on a lane's iterations allow.
 pub fn set_dispatch_durations(renderer: &mut Renderer<'_>, min: Duration, max: Duration) {
     renderer.accumulator.set_dispatch_durations(min, max);
 }

@@ -4,8 +4,9 @@ use surelight_prepare::KernelKey;
 
 use crate::device::Device;
 
-/// Lanes traced at once. GPUs need many. CPU drivers need few: the more there are, the fewer samples each has in
-/// a dispatch of a given length, and the more often their states are read and written.
+/// Lanes traced at once. GPUs need many. CPU drivers need few: the more there are, the fewer
+/// samples each has in a dispatch of a given length, and the more often their states are read and
+/// written.
 const CPU_LANES_PER_THREAD: u32 = 1 << 11;
 const GPU_LANES: u32 = 1 << 20;
 

@@ -1,9 +1,9 @@
 //! Traces light paths on the device: upload, specialised kernels, progressive loop.
 //!
-//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH and decides what
-//! the kernel contains, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a
-//! [`Goal`] is reached. To compile while the BVH is built: [`Prepared::with_work`], [`PrecompiledKernel::compile`],
-//! [`Renderer::with_kernel`].
+//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH
+//! and decides what the kernel contains, [`Renderer::new`] composes and compiles it and uploads the
+//! scene, [`render`] traces until a [`Goal`] is reached. To compile while the BVH is built:
+//! [`Prepared::with_work`], [`PrecompiledKernel::compile`], [`Renderer::with_kernel`].
 //!
 //! [`Prepared::new`]: surelight_prepare::Prepared::new
 //! [`Prepared::with_work`]: surelight_prepare::Prepared::with_work
@@ -40,7 +40,7 @@ mod upload;
 pub use counts::{Counts, Observer};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
-pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
+pub use integrate::{Formula, FormulaError, Grid, Integrand, MAX_DIMENSIONS, Sampled};
 pub use kernel::Checks;
 pub use layouts::host_layouts;
 pub use pacing::{CheckpointSink, Outcome, Progress, Watch};

@@ -1,4 +1,5 @@
-//! A render under way: how long its passes are, when its time is up, and what is reported and saved in between.
+//! A render under way: how long its passes are, when its time is up, and what is reported and saved
+//! in between.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -14,7 +15,8 @@ use crate::{
     sampling::{BatchSizes, End, FinishedPass, NextPass, PassVisitor, Position, Schedule, sample},
 };
 
-/// A pass of about this long loses little when it is interrupted; a remainder shorter than that is done in one.
+/// A pass of about this long loses little when it is interrupted; a remainder shorter than that is
+/// done in one.
 const SHORT_SECONDS: f64 = 2.0;
 
 /// The share of the time that saving the film may take.
@@ -45,7 +47,8 @@ pub struct Progress {
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The goal is reached: its samples are in the film, its precision is reached, or its time is up with no other goal.
+    /// The goal is reached: its samples are in the film, its precision is reached, or its time is
+    /// up with no other goal.
     Done,
     /// Time was up before the requested samples or precision were reached.
     TimeUp,
@@ -60,8 +63,8 @@ pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
 /// Saves the film while it grows.
 pub struct CheckpointSink<'a> {
-    /// How often: a batch that takes longer is finished first, and saving may take 5 % of the time, so a large film is
-    /// saved less often.
+    /// How often: a batch that takes longer is finished first, and saving may take 5 % of the time,
+    /// so a large film is saved less often.
     pub every: Duration,
     /// Receives the film, the state to resume from, and the counts.
     pub save: &'a mut dyn FnMut(&Film, &ResumeState, &Counts),
@@ -122,8 +125,8 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
         self.pacing.resume_state(self.position)
     }
 
-    /// Traces until `end` samples per pixel are done (`None`), or says why it stopped before. At least one batch is
-    /// traced, whatever the time.
+    /// Traces until `end` samples per pixel are done (`None`), or says why it stopped before. At
+    /// least one batch is traced, whatever the time.
     pub(crate) fn advance(
         &mut self,
         film: &mut Film,
@@ -159,7 +162,8 @@ impl Pacing<'_> {
         self.time.map(|t| t.as_secs_f64() - self.started.elapsed().as_secs_f64())
     }
 
-    /// Samples per pixel that the remaining time allows; `None` where there is no limit or no experience.
+    /// Samples per pixel that the remaining time allows; `None` where there is no limit or no
+    /// experience.
     pub(crate) fn affordable_spp(&self) -> Option<u32> {
         Some((self.seconds_left()?.max(0.0) / self.seconds_per_sample?) as u32)
     }

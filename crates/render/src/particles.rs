@@ -1,9 +1,10 @@
-//! Particles from the lights: runs the light tracing kernel over a batch and adds the particles' contributions to the
-//! batch's sums.
+//! Particles from the lights: runs the light tracing kernel over a batch and adds the particles'
+//! contributions to the batch's sums.
 //!
-//! A batch emits a particle for every few samples of all pixels of the whole image, whatever crop is traced: they are
-//! numbered by the image, and those that land outside of the crop are dropped. Sums are of integers, so that neither
-//! the order of particles nor crops, tiles and interruptions change a bit.
+//! A batch emits a particle for every few samples of all pixels of the whole image, whatever crop
+//! is traced: they are numbered by the image, and those that land outside of the crop are dropped.
+//! Sums are of integers, so that neither the order of particles nor crops, tiles and interruptions
+//! change a bit.
 
 use std::time::Instant;
 
@@ -34,14 +35,16 @@ const GPU_LANES: u32 = 1 << 18;
 /// By each thread of a CPU driver.
 const CPU_LANES_PER_THREAD: u32 = 1 << 9;
 
-/// Units of the sums that a particle of the usual flux contributes to a pixel, and the root of those of squares.
+/// Units of the sums that a particle of the usual flux contributes to a pixel, and the root of
+/// those of squares.
 const UNITS: f64 = (1u32 << 20) as f64;
 const ROOT_UNITS: f64 = (1u32 << 12) as f64;
 
 /// Bytes read at once.
 const READ_BYTES: u64 = 1 << 24;
 
-/// The contribution of a batch's particles to a pixel. The kernel's is an array of words in this order.
+/// The contribution of a batch's particles to a pixel. The kernel's is an array of words in this
+/// order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 struct Splat {
@@ -141,8 +144,8 @@ impl Particles {
         self.slices.warm_up(dispatcher, kernel, lanes / GROUP, &pass)
     }
 
-    /// Traces the particles of some batches and adds their contributions to the sums of tiles. Returns false when the
-    /// observer stopped it.
+    /// Traces the particles of some batches and adds their contributions to the sums of tiles.
+    /// Returns false when the observer stopped it.
     pub(crate) fn trace(
         &mut self,
         dispatcher: &Dispatcher<'_>,
@@ -269,7 +272,8 @@ impl Particles {
             }
             let [red, green, blue, squares] = splat.sums;
             let squares = if squares[1] == u32::MAX { f64::INFINITY } else { wide(squares) * square_unit };
-            // A pixel of more samples than others has a larger sum, of which particles are the same part.
+            // A pixel of more samples than others has a larger sum, of which particles are the same
+            // part.
             let share = share([band.corner[0] + pixel % band.size[0], band.corner[1] + pixel / band.size[0]]);
             let largest = (share * f64::from(f32::from_bits(splat.largest))) as f32;
             let splat = [red, green, blue].map(|c| share * wide(c) * unit);

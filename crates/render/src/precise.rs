@@ -1,14 +1,15 @@
 //! Tracing until error bars are narrow enough, with a valid confidence.
 //!
-//! A render that checks an error bar after every sample and stops when it is narrow enough stops when it happens to be
-//! too narrow (optional stopping). Here the number of samples does not depend on those in the film:
+//! A render that checks an error bar after every sample and stops when it is narrow enough stops
+//! when it happens to be too narrow (optional stopping). Here the number of samples does not depend
+//! on those in the film:
 //!
 //! - a *pilot* of 64 samples per pixel estimates how many are needed, and is thrown away;
 //! - that many are traced, 256 at least, and checked once, at nearly the requested confidence;
-//! - where the pilot was too optimistic, the number is doubled as often as necessary. Check k has the confidence
-//!   1 − α_k with Σ α_k ≤ α: 4/5 of α for the first, 1/5 · 2^(1−k) of it for each further one. By the union bound the
-//!   confidence holds at whichever check it ends (Bonferroni; the spending of α as in group-sequential tests, Lan &
-//!   DeMets 1983).
+//! - where the pilot was too optimistic, the number is doubled as often as necessary. Check k has
+//!   the confidence 1 − α_k with Σ α_k ≤ α: 4/5 of α for the first, 1/5 · 2^(1−k) of it for each
+//!   further one. By the union bound the confidence holds at whichever check it ends (Bonferroni;
+//!   the spending of α as in group-sequential tests, Lan & DeMets 1983).
 
 use surelight_film::{Film, Precision};
 use surelight_prepare::Batches;
@@ -19,10 +20,12 @@ use crate::{
     sampling::Position,
 };
 
-/// Samples per pixel after which even an image that is not precise enough ends, unless the goal names another number.
+/// Samples per pixel after which even an image that is not precise enough ends, unless the goal
+/// names another number.
 const MAX_SPP: u32 = 1 << 16;
 
-/// Samples per pixel before the first check: a pixel that one path in a hundred finds light from must have been lit.
+/// Samples per pixel before the first check: a pixel that one path in a hundred finds light from
+/// must have been lit.
 const MIN_SPP: u32 = 256;
 
 /// Batches of the pilot, and the samples of each.
@@ -55,13 +58,15 @@ pub(crate) fn render(
         Some(found) => found,
         None => {
             let Some(needed) = pilot(progression, film, precision, observer)? else {
-                // Interrupted before there was anything: one sample per pixel is better than no image.
+                // Interrupted before there was anything: one sample per pixel is better than no
+                // image.
                 progression.plan = Batches { planned: Some(1) };
                 progression.advance(film, Some(1), &mut |_| true)?;
                 return Ok(Outcome::Interrupted);
             };
             let first = (needed.max(f64::from(MIN_SPP)) as u32).min(max);
-            // At least sixteen batches in the remaining time, and whole ones only: short ones widen intervals.
+            // At least sixteen batches in the remaining time, and whole ones only: short ones widen
+            // intervals.
             let affordable = progression.pacing.affordable_spp().map_or(first, |spp| first.min(spp));
             let full = Batches { planned: Some(affordable) }.full(0);
             [affordable, first.div_ceil(full).saturating_mul(full)]

@@ -1,8 +1,8 @@
 //! The path kernel, compiled while the BVH is still built.
 //!
-//! What a kernel is made from is known before the trees are, except for their depth, which is nearly always less
-//! than the room left for it ([`Blueprint`]). Where the guess was wrong, the kernel is composed and compiled again; the image
-//! is the same.
+//! What a kernel is made from is known before the trees are, except for their depth, which is
+//! nearly always less than the room left for it ([`Blueprint`]). Where the guess was wrong, the
+//! kernel is composed and compiled again; the image is the same.
 
 use surelight_prepare::{Access, Binding, Blueprint, KernelKey, RecordLayout, path_kernel};
 
@@ -25,7 +25,8 @@ pub struct PrecompiledKernel {
 }
 
 impl PrecompiledKernel {
-    /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first dispatch.
+    /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first
+    /// dispatch.
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
         let blueprint = blueprint.on_images(device.reads_images());
         let compiled = CompiledShader::of_paths(device, &blueprint, Checks::default())?;
@@ -41,7 +42,8 @@ impl PrecompiledKernel {
     }
 }
 
-/// Something of the right kind for each binding. No lane starts a sample, so that nothing of the scene is read.
+/// Something of the right kind for each binding. No lane starts a sample, so that nothing of the
+/// scene is read.
 fn placeholders(
     device: &Device,
     key: &KernelKey,

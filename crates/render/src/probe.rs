@@ -1,5 +1,5 @@
-//! Runs a test's own entry point over a prepared scene: single modules of the renderer can be tested with the very
-//! data and bindings that the path kernel has.
+//! Runs a test's own entry point over a prepared scene: single modules of the renderer can be
+//! tested with the very data and bindings that the path kernel has.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
@@ -18,8 +18,9 @@ const GROUP: usize = 64;
 
 /// An entry point over a prepared scene, one lane a query, 64 to a workgroup along x.
 ///
-/// Its module declares `queries`, a read-only storage array, and `results`, a read-write one, wherever the scene's
-/// modules bind nothing; it may import every module that the scene's kernel has.
+/// Its module declares `queries`, a read-only storage array, and `results`, a read-write one,
+/// wherever the scene's modules bind nothing; it may import every module that the scene's kernel
+/// has.
 pub struct Probe<'a> {
     device: &'a Device,
     kernel: Kernel,
@@ -30,10 +31,12 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so many results.
+    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so
+    /// many results.
     ///
     /// # Errors
-    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups are the most.
+    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups
+    /// are the most.
     pub fn new<Q: NoUninit, R: AnyBitPattern>(
         device: &'a Device,
         prepared: &Prepared,

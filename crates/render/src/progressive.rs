@@ -26,7 +26,8 @@ pub struct Goal {
     pub precision: Option<Precision>,
 }
 
-/// Traces until the goal is reached, and calls `observer` between dispatches, which returns whether to continue.
+/// Traces until the goal is reached, and calls `observer` between dispatches, which returns whether
+/// to continue.
 ///
 /// `film` must be empty.
 pub fn render(
@@ -38,8 +39,8 @@ pub fn render(
     render_from(renderer, film, goal, &mut ResumeState::default(), observer, None)
 }
 
-/// As [`render`], from the state of another run, whose film it was; the bits are those of a single run. `state` is
-/// updated, also on errors: it always describes the film.
+/// As [`render`], from the state of another run, whose film it was; the bits are those of a single
+/// run. `state` is updated, also on errors: it always describes the film.
 ///
 /// `sink` receives the film now and then, to save it.
 pub fn render_from(

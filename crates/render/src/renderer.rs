@@ -1,5 +1,5 @@
-//! A scene on a device with its kernels: traces batches of samples and adds them to a film when all of them are
-//! there.
+//! A scene on a device with its kernels: traces batches of samples and adds them to a film when all
+//! of them are there.
 
 use std::time::Instant;
 
@@ -61,8 +61,8 @@ impl<'a> Renderer<'a> {
         Self::with_options(device, prepared, Options::default())
     }
 
-    /// The same with a path kernel that was compiled before. Where it is not the scene's, it is dropped and the right
-    /// one compiled.
+    /// The same with a path kernel that was compiled before. Where it is not the scene's, it is
+    /// dropped and the right one compiled.
     pub fn with_kernel(
         device: &'a Device,
         prepared: &Prepared,
@@ -132,13 +132,14 @@ impl<'a> Renderer<'a> {
         self.scene.set_seed(self.dispatcher.device, seed);
     }
 
-    /// Where the kernel is adaptive, finds by four samples per pixel of the whole image, which are thrown away, the
-    /// share of the samples that each block of 8×8 pixels gets from here on: from a quarter of those requested to
-    /// eight times as many. Before that all get the same. When at least 256 are `planned`, no pixel gets fewer than
-    /// these. Returns false when the observer stopped it.
+    /// Where the kernel is adaptive, finds by four samples per pixel of the whole image, which are
+    /// thrown away, the share of the samples that each block of 8×8 pixels gets from here on: from
+    /// a quarter of those requested to eight times as many. Before that all get the same. When at
+    /// least 256 are `planned`, no pixel gets fewer than these. Returns false when the observer
+    /// stopped it.
     ///
-    /// The shares depend on the scene, the settings, the seed and the plan alone, so that crops and parts of a render
-    /// agree.
+    /// The shares depend on the scene, the settings, the seed and the plan alone, so that crops and
+    /// parts of a render agree.
     pub fn adapt(&mut self, planned: Option<u32>, observer: &mut Observer<'_>) -> Result<bool, RenderError> {
         let size = self.scene.size;
         if !self.set_shares(Shares::even(size)) {
@@ -169,10 +170,11 @@ impl<'a> Renderer<'a> {
         self.shares.as_ref().map_or(1.0, |on_device| on_device.shares.mean(window))
     }
 
-    /// Traces `batches` batches of `samples` samples per pixel, the first of them numbered `first_batch` (with one
-    /// sequence: by the number of its first sample), and adds them to the film, which may be of a crop. After
-    /// [`Self::adapt`] some pixels have more samples, others fewer. Returns false when the observer stopped it: as
-    /// these batches are incomplete, nothing is added.
+    /// Traces `batches` batches of `samples` samples per pixel, the first of them numbered
+    /// `first_batch` (with one sequence: by the number of its first sample), and adds them to the
+    /// film, which may be of a crop. After [`Self::adapt`] some pixels have more samples, others
+    /// fewer. Returns false when the observer stopped it: as these batches are incomplete, nothing
+    /// is added.
     ///
     /// [`crate::sample`] traces any number of batches.
     pub fn trace(

@@ -2,7 +2,8 @@
 
 use surelight_prepare::Batches;
 
-/// The state of a render beside its film, from which another run can continue. The default is its beginning.
+/// The state of a render beside its film, from which another run can continue. The default is its
+/// beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ResumeState {
     /// The first sample of this part of the render.
@@ -11,8 +12,8 @@ pub struct ResumeState {
     pub next: u32,
     /// Number of the next batch.
     pub batch: u32,
-    /// With a precision, what its pilot found: the samples that batches are planned for, and those before the first
-    /// check.
+    /// With a precision, what its pilot found: the samples that batches are planned for, and those
+    /// before the first check.
     pub pilot: Option<[u32; 2]>,
 }
 

@@ -1,7 +1,8 @@
 //! The sampling loop: passes of whole batches, until a schedule ends or a visitor stops it.
 //!
-//! Everything that traces more than a pass runs [`sample`]. It alone knows how batches are numbered and how many fit a
-//! pass. How long passes are, when to stop, and what is reported or saved in between is the visitor's.
+//! Everything that traces more than a pass runs [`sample`]. It alone knows how batches are numbered
+//! and how many fit a pass. How long passes are, when to stop, and what is reported or saved in
+//! between is the visitor's.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -95,8 +96,8 @@ pub trait PassVisitor {
     /// Why it stops the loop.
     type Stop;
 
-    /// Before a pass: how many batches it should have, or why not to trace it. At least one is traced, and at most as
-    /// many as follow on each other and fit.
+    /// Before a pass: how many batches it should have, or why not to trace it. At least one is
+    /// traced, and at most as many as follow on each other and fit.
     fn before_pass(&mut self, _next: &NextPass, _counts: &Counts) -> ControlFlow<Self::Stop, u32> {
         ControlFlow::Continue(u32::MAX)
     }
@@ -128,8 +129,8 @@ pub enum End<S> {
     Interrupted,
 }
 
-/// Traces the schedule's batches from `position` on and adds them to the film. `position` follows, also on errors: it
-/// always describes the film.
+/// Traces the schedule's batches from `position` on and adds them to the film. `position` follows,
+/// also on errors: it always describes the film.
 pub fn sample<V: PassVisitor>(
     renderer: &mut Renderer<'_>,
     film: &mut Film,

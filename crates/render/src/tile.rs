@@ -17,8 +17,9 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Cuts a rectangle into bands, each of at most about `max_lanes` lanes: a row of blocks at least, except where
-    /// that is more than [`MAX_LANES_PER_ROW`]. Squares lie on a grid from the image's corner.
+    /// Cuts a rectangle into bands, each of at most about `max_lanes` lanes: a row of blocks at
+    /// least, except where that is more than [`MAX_LANES_PER_ROW`]. Squares lie on a grid from the
+    /// image's corner.
     pub(crate) fn bands(corner: [u32; 2], size: [u32; 2], max_lanes: u32, side: u32) -> Vec<Self> {
         let end = [0, 1].map(|axis| corner[axis] + size[axis]);
         let corner = corner.map(|c| c / side * side);
@@ -38,8 +39,9 @@ impl Tile {
         blocks.next_multiple_of(threads) * GROUP
     }
 
-    /// For each lane the pixels it works on, as indices into the film; `u32::MAX` where there is none. The order is
-    /// that of `lane_of` in `shaders/kernel/lanes.wesl`, whose states are in order of blocks.
+    /// For each lane the pixels it works on, as indices into the film; `u32::MAX` where there is
+    /// none. The order is that of `lane_of` in `shaders/kernel/lanes.wesl`, whose states are in
+    /// order of blocks.
     pub(crate) fn pixels(&self, lanes: u32, film: &Window) -> Vec<u32> {
         let across = self.size[0].div_ceil(8 * self.side);
         let per_lane = self.side * self.side;

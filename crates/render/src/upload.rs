@@ -9,12 +9,13 @@ use crate::{device::Device, error::RenderError};
 
 pub(crate) const MIB: u64 = 1 << 20;
 
-/// Bytes of a buffer at least: a binding must hold one record of its type, even where there is none.
+/// Bytes of a buffer at least: a binding must hold one record of its type, even where there is
+/// none.
 const MIN_BYTES: usize = 256;
 
-/// Rows of an image that uses `used` of them: never a power of two. Mesa's CPU driver compiles a kernel once more when
-/// the height of an image becomes a power of two, and kernels are compiled before heights are known
-/// ([`crate::precompiled`]).
+/// Rows of an image that uses `used` of them: never a power of two. Mesa's CPU driver compiles a
+/// kernel once more when the height of an image becomes a power of two, and kernels are compiled
+/// before heights are known ([`crate::precompiled`]).
 pub(crate) fn rows_of(used: u32) -> u32 {
     let used = used.max(3);
     if used.is_power_of_two() { used + 1 } else { used }

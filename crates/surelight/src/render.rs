@@ -43,11 +43,11 @@ struct Finished<'a> {
     goal: Goal,
     outcome: Outcome,
     state: ResumeState,
-    /// Samples a pixel that come from a checkpoint.
+    /// Samples per pixel from a checkpoint.
     resumed_spp: u32,
-    /// What they come from.
+    /// The file that holds them.
     resumed_from: Option<String>,
-    /// The checkpoint that is left.
+    /// The checkpoint, where there is one.
     checkpoint: Option<PathBuf>,
     counts: Counts,
     device_bytes: u64,
@@ -55,7 +55,7 @@ struct Finished<'a> {
     seconds: Seconds,
 }
 
-/// Renders as the options say, writes the images and tells how it went.
+/// Renders as the options say, writes the images and returns a summary.
 pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let start = Instant::now();
     interrupt::listen();
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let inputs: Vec<_> = args.scene.file().into_iter().chain(args.light.env.as_deref()).map(Path::to_owned).collect();
     let mut checkpoint = Checkpoint::beside(&outputs);
     output::check(&outputs.iter().cloned().chain(checkpoint.output()).collect::<Vec<_>>(), &inputs)?;
-    let mut earlier = checkpoint.look(&outputs, args.parts.resume, args.quiet)?;
+    let mut earlier = checkpoint.find(&outputs, args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let window = args.parts.window(loaded.view.size)?;
     earlier.take_if(|earlier| {
         let args = &earlier.decided(args);
-        let record = Record::new(args, &args.method, &loaded, &device, "", earlier.shares_paths(), window);
+        let record = Record::new(args, &args.method, &loaded, &device, "", earlier.reuses_paths(), window);
         !earlier.is_of(&record, args.quiet)
     });
     let args = &earlier.as_ref().map_or_else(|| args.clone(), |earlier| earlier.decided(args));
@@ -116,8 +116,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     };
     let resumed_spp = if earlier.is_some() { state.next - state.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
-    // An .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited or
-    // the stopping rule must know which pixels light can reach. Under an environment that is all of them.
+    // An .exr shows first hits. They take as long as many samples, so the image comes first, unless
+    // its time is limited or the stopping rule needs the pixels that light can reach. Under an
+    // environment that is all of them.
     let shows_features = outputs.iter().any(|output| output.format == Format::Exr);
     let dark_surroundings = loaded.scene.environment.is_none() || args.transparent;
     let features_first =
@@ -138,7 +139,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         every: args.parts.checkpoint,
         save: &mut |film, state, counts| checkpoint.write(&record, film, state, counts),
     };
-    // Once something is in the film, Ctrl-C need not wait: there is an image to write.
+    // Once there are samples in the film, Ctrl-C ends the render: there is an image to write.
     let watch = &mut |status: &surelight_render::Progress| {
         progress.update(status, goal);
         !(interrupt::requested() && status.spp > 0)
@@ -151,9 +152,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let outcome = match traced {
         Ok(outcome) => outcome,
         Err(cause) => {
-            // What is in the film is worth keeping, whatever became of the device.
+            // The samples in the film are kept, even where the device is lost.
             if state.next > state.first {
-                // A second failure adds nothing to the message: what was saved says it.
+                // A second failure adds nothing: the message lists the files that were saved.
                 let display = exposure::choose(args.exposure, args.tonemap, &film, &outputs).display;
                 let _ = write(&outputs, &film, &display, &metadata(&film, &state, &renderer.counts));
                 checkpoint.write(&record, &film, &state, &renderer.counts);
@@ -219,17 +220,20 @@ impl Stages {
         (now - std::mem::replace(&mut self.0, now)).as_secs_f64()
     }
 
-    /// The same before anything is traced: Ctrl-C ends the render here, for there is nothing to save yet.
+    /// The same before anything is traced: Ctrl-C ends the render here, for there is nothing to
+    /// save yet.
     fn end(&mut self) -> Result<f64, Error> {
         if interrupt::requested() { Err(Error::Interrupted) } else { Ok(self.lap()) }
     }
 }
 
-/// A sentence where memory does not suffice for a film: running out later would end the program without a word.
+/// An error where memory does not suffice for a film: running out later would end the program
+/// without a message.
 pub(crate) fn check_memory(window: &Window, transparent: bool) -> Result<(), Error> {
-    // Moments, 4 of scratch, the features, and the encoded image with its moments while it is written.
+    // Moments, 4 of scratch, the features, and the encoded image with its moments while it is
+    // written.
     const BYTES_A_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
-    // Coverage likewise.
+    // The same for coverage.
     const COVERAGE_BYTES: u64 = 16 + 4 * 4;
     let bytes = window.area() * (BYTES_A_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());

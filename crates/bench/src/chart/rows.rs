@@ -138,7 +138,8 @@ impl Rows {
         }
     }
 
-    /// Where each part's entry stands: one below the other on a phone, else in lines as wide as the chart.
+    /// Where each part's entry stands: one below the other on a phone, else in lines as wide as the
+    /// chart.
     fn legend_places(&self, width: i32, small: bool) -> Vec<(i32, i32)> {
         let (mut x, mut y) = (LEGEND_LEFT, LEGEND_TOP);
         let mut places = Vec::new();

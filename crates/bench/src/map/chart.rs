@@ -1,4 +1,5 @@
-//! The map as a drawing: a cell says what came of a method by its colour, its mark and a few words, so that none is needed to tell.
+//! The map as a drawing: a cell says what came of a method by its colour, its mark and a few words,
+//! so that none is needed to tell.
 
 use std::fmt::Write as _;
 
@@ -14,7 +15,8 @@ const ROW: i32 = 40;
 /// Room for the legend.
 const LEGEND: i32 = 62;
 
-/// How a verdict looks: colour of the cell (Okabe & Ito, "Color universal design", 2008), colour of its text, mark.
+/// How a verdict looks: colour of the cell (Okabe & Ito, "Color universal design", 2008), colour of
+/// its text, mark.
 fn look(verdict: &Verdict) -> (&'static str, &'static str, &'static str) {
     match verdict {
         Verdict::Certified => ("#0072b2", "#ffffff", "M-5,0 L-1,5 L6,-5"),

@@ -1,9 +1,11 @@
 //! The failure map: which method is good for what, and where it breaks.
 //!
-//! Scenes that are each built around one difficulty, most with a closed form, are rendered by every estimator with the same number
-//! of samples. A cell of the map says what came of it ([`Verdict`]). A method that fails and says so is worth more than one that
-//! fails quietly, so both are told apart: what a picture says of itself (that its method is biased, that light is missing, that
-//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against a long render).
+//! Scenes that are each built around one difficulty, most with a closed form, are rendered by every
+//! estimator with the same number of samples. A cell of the map says what came of it ([`Verdict`]).
+//! A method that fails and says so is worth more than one that fails quietly, so both are told
+//! apart: what a picture says of itself (that its method is biased, that light is missing, that
+//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against
+//! a long render).
 
 mod cases;
 mod chart;

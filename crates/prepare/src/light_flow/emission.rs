@@ -23,7 +23,8 @@ pub(super) struct Emission {
     pub(super) direction: DVec3,
     /// Flux over the pdf of the direction, and of the place.
     pub(super) flux: f64,
-    /// Area of an emitter across the direction, m²; of light from infinity its solid angle; 0 for lights without extent.
+    /// Area of an emitter across the direction, m²; of light from infinity its solid angle; 0 for
+    /// lights without extent.
     pub(super) extent: f64,
     pub(super) distant: bool,
 }
@@ -166,7 +167,8 @@ impl<'a> Sources<'a> {
             },
             Source::Sky => {
                 let (table, _) = self.input.sky?;
-                // Texels by the sampling density, which covers nearly all of the light; the rest is dim.
+                // Texels by the sampling density, which covers nearly all of the light; the rest is
+                // dim.
                 let slot = ((u[0] * table.alias.len() as f64) as usize).min(table.alias.len() - 1);
                 let own = u[1] < f64::from(table.alias[slot].threshold);
                 let texel = if own { slot } else { table.alias[slot].alias as usize };

@@ -1,20 +1,22 @@
 //! How light reaches the surfaces of a scene: directly, or first by mirrors and smooth glass.
 //!
-//! Next-event estimation connects a path to a light at a vertex that scatters. Light whose first event is a delta lobe (a mirror, smooth
-//! glass) is connected by no vertex: a sampled direction must happen to find its source, and a light without extent is
-//! never found. This module estimates how much light that is, and how noisy finding it by chance is, with some ten
-//! thousand rays from the lights, on the host. [`Integrator::Auto`](super::Integrator::Auto) decides by it, and the
+//! Next-event estimation connects a path to a light at a vertex that scatters. Light whose first
+//! event is a delta lobe (a mirror, smooth glass) is connected by no vertex: a sampled direction
+//! must happen to find its source, and a light without extent is never found. This module estimates
+//! how much light that is, and how noisy finding it by chance is, with some ten thousand rays from
+//! the lights, on the host. [`Integrator::Auto`](super::Integrator::Auto) decides by it, and the
 //! summary reports the light that stays missing.
 //!
-//! Rays from the lights are photons ([`emission`]). Some are emitted in all directions and land on the first surface
-//! that scatters. Others are aimed at the surfaces with delta lobes and follow these until they land ([`follow`]). The
-//! photons around a point estimate the irradiance there that comes directly, D, and by deltas, C (Jensen 1996, "Global
-//! illumination using photon maps": k nearest neighbours). A path tracer that finds the latter with probability p per
-//! sample has the relative variance (C / (C + D))² / p from it; the mean of that over the image is
+//! Rays from the lights are photons ([`emission`]). Some are emitted in all directions and land on
+//! the first surface that scatters. Others are aimed at the surfaces with delta lobes and follow
+//! these until they land ([`follow`]). The photons around a point estimate the irradiance there
+//! that comes directly, D, and by deltas, C (Jensen 1996, "Global illumination using photon maps":
+//! k nearest neighbours). A path tracer that finds the latter with probability p per sample has the
+//! relative variance (C / (C + D))² / p from it; the mean of that over the image is
 //! [`LightFlow::chance_noise`] ([`noise`]).
 //!
-//! Straight transmission through panes is no event: shadow rays pass them. Materials are judged by their factors, and
-//! surfaces with alpha as if they were not there.
+//! Straight transmission through panes is no event: shadow rays pass them. Materials are judged by
+//! their factors, and surfaces with alpha as if they were not there.
 
 mod emission;
 mod follow;
@@ -34,7 +36,8 @@ const AIMED_RAYS: u32 = 8192;
 /// How light reaches the surfaces of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct LightFlow {
-    /// Of the light that surfaces scatter, the share that comes by mirrors and smooth glass first: 0 to 1.
+    /// Of the light that surfaces scatter, the share that comes by mirrors and smooth glass first:
+    /// 0 to 1.
     pub(crate) delta_share: f64,
     /// Of the same, the share that comes so from lights without extent, which no direction finds.
     pub(crate) missing_share: f64,
@@ -42,7 +45,8 @@ pub(crate) struct LightFlow {
     pub(crate) emitter_delta_share: f64,
     /// Scene lights without extent of which at least a hundredth comes so.
     pub(crate) missing_lights: Vec<usize>,
-    /// Mean over the image's pixels of the relative variance per sample of light that is found by chance.
+    /// Mean over the image's pixels of the relative variance per sample of light that is found by
+    /// chance.
     pub(crate) chance_noise: f64,
 }
 
@@ -84,11 +88,13 @@ struct Photon {
     normal: DVec3,
     /// Luminous flux that is scattered here.
     flux: f64,
-    /// Probability that a direction sampled here, by the cosine, finds the light along the photon's way.
+    /// Probability that a direction sampled here, by the cosine, finds the light along the photon's
+    /// way.
     chance: f64,
 }
 
-/// Points that fill the unit cube evenly: a Kronecker sequence by powers of the root of x⁷ = x + 1 (Roberts 2018).
+/// Points that fill the unit cube evenly: a Kronecker sequence by powers of the root of x⁷ = x + 1
+/// (Roberts 2018).
 fn point(i: u32) -> [f64; 6] {
     const STEPS: [f64; 6] = [
         0.889_733_744_947_8,

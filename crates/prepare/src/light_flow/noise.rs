@@ -17,7 +17,8 @@ const MAX_NOISE: f64 = 1e6;
 /// Of the light that a typical pixel reflects, the share that came from other surfaces.
 const INDIRECT_SHARE: f64 = 0.3;
 
-/// Mean over the picture of the relative variance that light by deltas has when it is found by chance.
+/// Mean over the picture of the relative variance that light by deltas has when it is found by
+/// chance.
 pub(super) fn chance_noise(input: &FlowInput, direct: &[Photon], by_deltas: &[Photon], delta_share: f64) -> f64 {
     if by_deltas.is_empty() {
         return 0.0;
@@ -44,7 +45,8 @@ pub(super) fn chance_noise(input: &FlowInput, direct: &[Photon], by_deltas: &[Ph
     noise + (INDIRECT_SHARE * delta_share).powi(2) * mean_inverse
 }
 
-/// Share of the picture per area of the surface where a photon landed, 1/m²; 0 where the camera does not see it.
+/// Share of the picture per area of the surface where a photon landed, 1/m²; 0 where the camera
+/// does not see it.
 fn importance(input: &FlowInput, photon: &Photon) -> f64 {
     let view = input.view;
     let [origin, forward, right, up] =

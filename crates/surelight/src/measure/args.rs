@@ -24,7 +24,8 @@ Examples:
   surelight measure room.glb --region 100,50,140,80 --size 640x480"
 )]
 pub(crate) struct MeasureArgs {
-    /// Scene to measure, a .glb or .gltf file; `-` reads one without external files from standard input
+    /// Scene to measure, a .glb or .gltf file; `-` reads one without external files from standard
+    /// input
     #[arg(value_name = "SCENE", value_parser = scene_sources())]
     pub(crate) scene: SceneSource,
 

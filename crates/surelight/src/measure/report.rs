@@ -22,7 +22,8 @@ pub(super) struct Report {
     pub(super) place: String,
     /// Linear Rec. 709.
     pub(super) rgb: [Value; 3],
-    /// Their Rec. 709 luminance: illuminance in lux where irradiance is measured, else luminance in nit.
+    /// Their Rec. 709 luminance: illuminance in lux where irradiance is measured, else luminance in
+    /// nit.
     pub(super) luminance: Value,
     /// `lx` or `nit`.
     pub(super) unit: &'static str,
@@ -38,7 +39,8 @@ pub(super) struct Report {
     pub(super) replicates: u64,
     /// Samples of the pilot that fixed the number of samples; thrown away.
     pub(super) pilot_samples: u64,
-    /// Shape of the tail of the estimates (Pareto k̂), and what it may be at most to believe the error bar.
+    /// Shape of the tail of the estimates (Pareto k̂), and what it may be at most to believe the
+    /// error bar.
     pub(super) tail: Option<[f64; 2]>,
     /// Whether nothing speaks against the error bar.
     pub(super) certified: bool,
@@ -118,7 +120,8 @@ impl Display for Value {
     }
 }
 
-/// A number with as many digits as its error lets mean something: two of the error's, at most what f32 has.
+/// A number with as many digits as its error lets mean something: two of the error's, at most what
+/// f32 has.
 struct Fitted(f64, f64);
 
 impl Display for Fitted {

@@ -118,7 +118,8 @@ impl PassVisitor for Tallying<'_> {
 }
 
 impl Measurement<'_> {
-    /// Traces `batches` batches of `samples` samples per pixel from number `first` on, or as many as there is time for.
+    /// Traces `batches` batches of `samples` samples per pixel from number `first` on, or as many
+    /// as there is time for.
     fn trace(&mut self, first: u32, batches: u32, samples: u32, tallying: &mut Tallying<'_>) -> Result<(), Error> {
         let settings = &self.setup.settings;
         let mut film = Film::new(settings.width, settings.height);
@@ -168,7 +169,8 @@ impl Measurement<'_> {
             let found = &pilot.estimates(self.setup.factor)[3];
             needed = batches_for(&pilot, found, self.setup.factor, error, args.confidence);
         } else {
-            // As many batches as there is time for keep the clock; few of more samples are better stratified.
+            // As many batches as there is time for keep the clock; few of more samples are better
+            // stratified.
             let left = deadline.map_or(0.0, |d| (d - Instant::now().min(d)).as_secs_f64());
             let fits = (left / 32.0 / seconds_per_batch.max(1e-6)) as u64;
             plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MAX_SAMPLES);
@@ -190,7 +192,8 @@ impl Measurement<'_> {
         Ok(plan)
     }
 
-    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ, two).
+    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ,
+    /// two).
     pub(super) fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
         let mut tally = self.tally();
         let mut tallying = Tallying {

@@ -12,8 +12,8 @@ use crate::error::Error;
 const CPU_SIDE: u32 = 64;
 const GPU_SIDE: u32 = 256;
 
-/// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a surface through the point
-/// may so lie a few times that off.
+/// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a
+/// surface through the point may so lie a few times that off.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// A measurement as a render.
@@ -95,10 +95,11 @@ fn receiver(scene: &Scene, point: DVec3, normal: DVec3) -> Result<(Camera, f64),
     Ok((ray(point + lift * normal, normal, "--normal").unwrap_or(camera), lift))
 }
 
-/// A camera that sees just this part of the view's image, and by what the distance of its plane of focus is stretched.
+/// A camera that sees just this part of the view's image, and by what the distance of its plane of
+/// focus is stretched.
 ///
-/// Its axes are sheared so that the rays are those of the whole image: each is forward + a·right − b·up for the point (a, b) of
-/// the image, and the window's middle takes the place of forward.
+/// Its axes are sheared so that the rays are those of the whole image: each is forward + a·right −
+/// b·up for the point (a, b) of the image, and the window's middle takes the place of forward.
 fn window(view: &View, [x0, y0, x1, y1]: [u32; 4]) -> (Camera, f64) {
     let (width, height) = (f64::from(view.size.width), f64::from(view.size.height));
     let share = [f64::from(x1 - x0) / width, f64::from(y1 - y0) / height];
@@ -138,8 +139,8 @@ mod tests {
     use super::*;
     use crate::parse::Size;
 
-    /// Origin and direction of the ray through a point of an image, as `shaders/scene/camera.wesl` makes it: (0, 0) is the upper
-    /// left corner and (1, 1) the lower right.
+    /// Origin and direction of the ray through a point of an image, as `shaders/scene/camera.wesl`
+    /// makes it: (0, 0) is the upper left corner and (1, 1) the lower right.
     fn camera_ray(camera: &Camera, aspect: f64, at: [f64; 2]) -> [DVec3; 2] {
         let axes = camera.to_world.matrix3;
         let (tangent, flat) = match camera.projection {

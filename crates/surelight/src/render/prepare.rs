@@ -17,7 +17,7 @@ pub(super) struct Loaded {
     pub(super) scene: Scene,
     pub(super) scene_hash: String,
     pub(super) view: View,
-    /// Warnings of the files, then what was decided without being asked.
+    /// Warnings of the files, then decisions that no option requested.
     pub(super) warnings: Vec<String>,
     /// Light that no path finds.
     pub(super) missing: Vec<String>,
@@ -37,7 +37,7 @@ impl Loaded {
         Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings, missing: Vec::new() })
     }
 
-    /// Radiance of a uniform sky, asked for or not.
+    /// Radiance of a uniform sky, requested or not.
     pub(super) fn sky(&self) -> Option<[f32; 3]> {
         match self.scene.environment {
             Some(Environment::Uniform(radiance)) => Some(radiance),
@@ -117,12 +117,12 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
     }
 }
 
-/// Whether so few paths are planned that those which pixels share would not make up for their larger kernel, which takes half a second
-/// longer to compile (docs/performance.md).
+/// Whether so few paths are planned that those which pixels share would not make up for their
+/// larger kernel, which takes half a second longer to compile (docs/performance.md).
 fn is_preview(args: &RenderArgs, view: &View) -> bool {
-    const LEAST_PATHS: u64 = 1 << 18;
+    const MIN_PATHS: u64 = 1 << 18;
     let pixels = u64::from(view.size.width) * u64::from(view.size.height);
-    args.planned().is_some_and(|spp| pixels * u64::from(spp) < LEAST_PATHS)
+    args.planned().is_some_and(|spp| pixels * u64::from(spp) < MIN_PATHS)
 }
 
 /// Files of the scene that an output of the same name would destroy.

@@ -1,4 +1,4 @@
-//! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
+//! The metadata of a render in its files: of a checkpoint, a part and the finished image.
 
 use surelight_film::settings::{Camera, Environment, Lens, Projection};
 use surelight_film::{Film, Metadata, RenderPart, RenderSettings, Window};
@@ -19,8 +19,8 @@ pub(super) struct Record {
     /// What earlier runs of it did.
     pub(super) before: RenderPart,
     dropped_before: u64,
-    /// Whether points of a pixel are of one sequence, those of an earlier run at least: batches then
-    /// compensate one another, and the estimated variance is an upper bound.
+    /// Whether points of a pixel are of one sequence, those of an earlier run at least: batches
+    /// then compensate one another, and the estimated variance is an upper bound.
     pub(super) one_sequence: bool,
 }
 
@@ -61,7 +61,8 @@ impl Record {
         &self.base
     }
 
-    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they planned.
+    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they
+    /// planned.
     pub(super) fn after(&mut self, earlier: &Metadata, paths: u64, extends: bool) {
         self.one_sequence |= earlier.has_one_sequence();
         self.base.extended_from.clone_from(&earlier.extended_from);
@@ -87,7 +88,8 @@ impl Record {
         &self.base.biased
     }
 
-    /// What goes into a file; `part`: whether the render can go on from it, or it can be merged with others.
+    /// The metadata of a file; `part`: whether a render can continue from it, or it can be merged
+    /// with others.
     pub(super) fn metadata(&self, film: &Film, state: &ResumeState, counts: &Counts, part: bool) -> Metadata {
         let part = self.base.part.as_ref().filter(|_| part).map(|base| RenderPart {
             next_batch: state.batch,
@@ -115,7 +117,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
     integrator.into_iter().chain(bounces).chain(clamp).chain(loaded.missing.iter().cloned()).collect()
 }
 
-/// What shapes the picture.
+/// The settings that decide the image.
 fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, path_reuse: bool) -> RenderSettings {
     let view = &loaded.view;
     RenderSettings {

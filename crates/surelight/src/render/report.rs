@@ -72,7 +72,7 @@ impl Finished<'_> {
         }
     }
 
-    /// The fewest and the most samples of a pixel.
+    /// The smallest and the largest number of samples of a pixel.
     fn pixel_samples(&self) -> [u64; 2] {
         let samples = || (0..self.film.pixels().len()).map(|i| self.film.samples(i));
         [samples().min().unwrap_or(0), samples().max().unwrap_or(0)]
@@ -99,12 +99,12 @@ impl Finished<'_> {
         }
     }
 
-    /// Samples a pixel in the film.
+    /// Samples per pixel in the film.
     fn spp(&self) -> u64 {
         (self.state.next - self.state.first).into()
     }
 
-    /// Samples a pixel that were asked for.
+    /// Samples per pixel that were requested.
     fn target_spp(&self) -> Option<u32> {
         self.goal.end.or(self.goal.spp).map(|end| end - self.state.first)
     }
