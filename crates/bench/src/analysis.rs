@@ -38,8 +38,8 @@ pub struct Point {
 }
 
 impl SceneData {
-    /// Relative mean square error below which a checkpoint is not told from the reference's own
-    /// noise.
+    /// Relative mean square error below which a checkpoint is not distinguished from the
+    /// reference's own noise.
     pub fn floor(&self) -> f64 {
         self.reference.rel_mse.unwrap_or(0.0)
     }
@@ -222,8 +222,8 @@ fn slope(path: &[[f64; 3]]) -> Option<f64> {
 }
 
 /// Seconds from which on a path stays at an error or below, between checkpoints along a straight
-/// line of logarithms. A path that was there by luck, until it met something bright, has not
-/// arrived.
+/// line of logarithms. A path that was there by luck, until it found something bright, has not
+/// converged.
 fn time_to(path: &[[f64; 3]], error: f64) -> Option<f64> {
     let at = path.iter().rposition(|p| p[2] > error).map_or(0, |last_above| last_above + 1);
     let after = path.get(at)?;

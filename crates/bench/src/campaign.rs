@@ -15,7 +15,7 @@ use crate::{
     tracer::Subject,
 };
 
-/// How a campaign stands: which scene of how many, and how its race stands.
+/// Progress of a campaign: which scene of how many, and the progress of its race.
 pub type WatchAll<'w> = dyn FnMut(&str, usize, &Status) -> bool + 'w;
 
 /// Races on every scene and writes the report to `folder`. With `resume`, what an interrupted
@@ -92,7 +92,7 @@ pub fn campaign(
     Ok((data, complete))
 }
 
-/// What is to be told where a race goes on under other conditions. Times of two devices do not go
+/// The warning where a race continues under other conditions. Times of two devices do not go
 /// together.
 fn another(then: &Conditions, now: &Conditions, folder: &Path) -> Result<Option<String>, BenchError> {
     if (&then.device, &then.cpu) != (&now.device, &now.cpu) {

@@ -90,7 +90,7 @@ fn date(seconds: u64) -> String {
 }
 
 /// Processor seconds of this process so far, all threads that are there together; `None` where the
-/// system does not tell.
+/// system does not report it.
 pub fn cpu_seconds() -> Option<f64> {
     threads_nanoseconds().map(|n| n as f64 * 1e-9).or_else(process_seconds)
 }

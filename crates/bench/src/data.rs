@@ -63,7 +63,7 @@ pub struct SceneData {
     pub reference: ReferenceData,
     /// The methods.
     pub methods: Vec<MethodData>,
-    /// What of the device's time goes into walking rays; `None` where it was not measured.
+    /// The share of the device's time that traversal takes; `None` where it was not measured.
     #[serde(default)]
     pub walk: Option<WalkData>,
     /// Checkpoints, in the order in which they were measured.
@@ -80,7 +80,7 @@ pub struct ReferenceData {
     /// Why this method; empty for a file and in older reports.
     #[serde(default)]
     pub reason: String,
-    /// Samples a pixel; 0 where a file does not tell.
+    /// Samples a pixel; 0 where a file does not state them.
     pub spp: u64,
     /// Seconds it took.
     pub seconds: f64,
@@ -95,7 +95,7 @@ pub struct ReferenceData {
     pub uncertified: Option<f64>,
 }
 
-/// What of a kernel's time goes into walking rays through the BVH.
+/// The share of a kernel's time that traversal of the BVH takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WalkData {
     /// The method it was measured with.
@@ -150,15 +150,15 @@ pub struct Row {
     /// reports.
     #[serde(default)]
     pub dispatch_seconds: Option<f64>,
-    /// Seconds of bringing sums from the device so far; likewise.
+    /// Seconds of reading sums back from the device so far; `None` as above.
     #[serde(default)]
     pub read_seconds: Option<f64>,
-    /// Seconds of adding them to the film so far; likewise.
+    /// Seconds of adding them to the film so far; `None` as above.
     #[serde(default)]
     pub film_seconds: Option<f64>,
     /// Seconds on the wall so far, tracing and adding up.
     pub wall_seconds: f64,
-    /// Processor seconds over cores so far; `None` where the system does not tell.
+    /// Processor seconds over cores so far; `None` where the system does not report them.
     pub cpu_seconds: Option<f64>,
     /// Mean over pixels and channels, radiance.
     pub mean: f64,
@@ -169,7 +169,7 @@ pub struct Row {
     /// Mean square error in radiance, the reference's own taken off: may fall below zero where
     /// nothing is left.
     pub mse: f64,
-    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own taken off: likewise.
+    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own subtracted, too.
     pub rel_mse: f64,
     /// The method's own estimate of the same from its batches; `None` below two.
     pub predicted_rel_mse: Option<f64>,
@@ -177,7 +177,7 @@ pub struct Row {
     /// batches.
     pub coverage: Option<f64>,
     /// Share of the pixels whose error bar the film itself does not certify; `None` where it was
-    /// not asked.
+    /// not requested.
     pub uncertified: Option<f64>,
     /// Mean FLIP of the displayed picture, in the first repeat.
     pub flip: Option<f64>,
@@ -221,7 +221,7 @@ impl SceneData {
     }
 }
 
-/// A name that can stand in file names and anchors.
+/// A name for file names and anchors.
 pub fn slug(name: &str) -> String {
     let mut slug = String::new();
     for c in name.chars() {

@@ -51,9 +51,11 @@ pub struct MethodChange {
     pub spp: u32,
     /// New seconds over old, with a 95 % interval.
     pub time: Interval,
-    /// New mean square error over old, likewise; `None` where one is below the reference's noise.
+    /// New mean square error over old, with its interval; `None` where one is below the reference's
+    /// noise.
     pub error: Option<Interval>,
-    /// Relative difference of the mean radiance, likewise; `None` where its error is unknown.
+    /// Relative difference of the mean radiance, with its interval; `None` where its error is
+    /// unknown.
     pub mean: Option<Interval>,
     /// Losses beyond what is tolerated and what chance explains.
     pub losses: Vec<String>,

@@ -26,9 +26,9 @@ pub mod report;
 #[cfg(test)]
 mod testing;
 mod tracer;
+mod traversal;
 mod trial;
 mod variations;
-mod walk;
 
 pub use campaign::{WatchAll, campaign};
 pub use error::BenchError;

@@ -121,7 +121,7 @@ impl Method {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
-    /// The method that is worth a try beside all others where there are mirrors or smooth glass.
+    /// The method to try beside all others where there are mirrors or smooth glass.
     pub const CAUSTICS: Self = Self { integrator: Integrator::Caustics, ..Self::DEFAULT };
 
     /// The settings that render it.
@@ -143,7 +143,7 @@ fn many() -> String {
     "many".into()
 }
 
-/// Likewise.
+/// What reports of versions before path reuse had.
 fn off() -> String {
     "off".into()
 }

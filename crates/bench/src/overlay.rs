@@ -70,7 +70,7 @@ fn parse_races(text: &str) -> Result<Vec<Peer>, String> {
         .collect()
 }
 
-/// What must be told of points before they are read off the charts of a scene.
+/// What must be stated of points before they are read off the charts of a scene.
 pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
     let mut doubts = Vec::new();
     let pixels = u64::from(scene.width) * u64::from(scene.height);

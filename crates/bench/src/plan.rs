@@ -1,4 +1,4 @@
-//! How long each method may run, and at which samples it is looked at.
+//! How long each method may run, and its checkpoints.
 
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ pub(crate) const REFERENCE_SHARE: f64 = 0.5;
 
 /// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody
 /// waits.
-pub(crate) const MOST_SAMPLES: f64 = 16_777_216.0;
+pub(crate) const MAX_SAMPLES: f64 = 16_777_216.0;
 
 /// Seconds of one sample a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ impl Plan {
     pub(crate) fn lengths(&self, costs: &[Cost], spent: f64) -> Vec<u32> {
         let repeats = f64::from(self.repeats);
         let methods = self.methods.len() as f64;
-        let length = |seconds: f64, cost: f64| (seconds / repeats / cost).clamp(1.0, MOST_SAMPLES) as u32;
+        let length = |seconds: f64, cost: f64| (seconds / repeats / cost).clamp(1.0, MAX_SAMPLES) as u32;
         match self.budget {
             Budget::Samples(n) => vec![n; costs.len()],
             Budget::Seconds(s) => costs.iter().map(|cost| length(s, cost.clock)).collect(),

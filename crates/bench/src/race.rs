@@ -12,14 +12,14 @@ use crate::{
     data::{MethodData, SceneData},
     error::BenchError,
     method::Method,
-    plan::{Budget, MOST_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
+    plan::{Budget, MAX_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
     reference::{self, Made},
     tracer::{Setup, Subject, Tracers},
+    traversal,
     trial::{Trials, try_out},
-    walk,
 };
 
-/// How a race stands.
+/// Progress of a race.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// What is being done.
@@ -30,12 +30,12 @@ pub struct Status {
     pub seconds: f64,
 }
 
-/// Told how the race stands, again and again; returns whether to go on.
+/// Called with the progress now and then; returns whether to continue.
 pub type Watch<'w> = dyn FnMut(&Status) -> bool + 'w;
 
-/// Races the methods on a scene. What is measured goes into `data` as soon as it is known and is
-/// told to `save`; what is there already, of a race that was interrupted, is not measured again.
-/// Returns false where `watch` stopped it.
+/// Races the methods on a scene. Measurements go into `data` as soon as they are known, and to
+/// `save`; those of a race that was interrupted are not repeated. Returns false where `watch`
+/// stopped it.
 ///
 /// # Errors
 /// Where a device, a scene or a disk fails.
@@ -67,10 +67,10 @@ pub fn race(
     if !race.measure_all(scene, &made.reference, save)? {
         return Ok(false);
     }
-    race.walk(device, scene, save)
+    race.traversal(device, scene, save)
 }
 
-/// The work in seconds, as far as it can be told beforehand.
+/// The work in seconds, as far as it is known beforehand.
 #[derive(Default)]
 struct Work {
     done: f64,
@@ -88,7 +88,7 @@ struct Race<'a, 'w> {
 }
 
 impl Race<'_, '_> {
-    fn tell(&mut self, stage: String, more: f64) -> bool {
+    fn report(&mut self, stage: String, more: f64) -> bool {
         let share = if self.work.all > 0.0 { ((self.work.done + more) / self.work.all).clamp(0.0, 1.0) } else { 0.0 };
         (self.watch)(&Status { stage, share, seconds: self.started.elapsed().as_secs_f64() })
     }
@@ -97,7 +97,7 @@ impl Race<'_, '_> {
     fn set_up(&mut self) -> Result<Option<Vec<Setup>>, BenchError> {
         let mut setups = Vec::new();
         for method in &self.plan.methods {
-            if !self.tell(format!("compiling {}", method.name()), 0.0) {
+            if !self.report(format!("compiling {}", method.name()), 0.0) {
                 return Ok(None);
             }
             setups.push(self.tracers.set_up(method)?);
@@ -113,11 +113,11 @@ impl Race<'_, '_> {
             methods.push(Method::DEFAULT);
         }
         let Self { tracers, watch, started, subject, plan, .. } = self;
-        let mut tell = |method: &Method| {
+        let mut report = |method: &Method| {
             let stage = format!("trying out {}", method.name());
             watch(&Status { stage, share: 0.0, seconds: started.elapsed().as_secs_f64() })
         };
-        Ok(try_out(tracers, subject, &methods, plan.clock, &mut tell)?)
+        Ok(try_out(tracers, subject, &methods, plan.clock, &mut report)?)
     }
 
     /// The image errors are measured from: given, left by an interrupted race, or rendered.
@@ -146,14 +146,14 @@ impl Race<'_, '_> {
         // Another sampler's cost is that of the same integrator, or of the default, which was tried
         // last.
         let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator && !m.shared_paths);
-        let a_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
+        let per_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
         let longest = lengths.iter().copied().max().unwrap_or(1);
         let samples = match plan.budget {
             Budget::Samples(n) => 8.0 * f64::from(n),
-            _ => (REFERENCE_SHARE * self.work.all / a_sample).max(4.0 * known.map_or(0.0, |i| f64::from(lengths[i]))),
+            _ => (REFERENCE_SHARE * self.work.all / per_sample).max(4.0 * known.map_or(0.0, |i| f64::from(lengths[i]))),
         };
-        let samples = samples.max(64.0).min(64.0 * f64::from(longest).max(4.0)).min(MOST_SAMPLES) as u32;
-        self.work.all += f64::from(samples) * a_sample;
+        let samples = samples.max(64.0).min(64.0 * f64::from(longest).max(4.0)).min(MAX_SAMPLES) as u32;
+        self.work.all += f64::from(samples) * per_sample;
         let (name, clock) = (method.name(), plan.clock);
         let settings = method.settings(settings);
         self.tracers.of(&method)?;
@@ -161,10 +161,10 @@ impl Race<'_, '_> {
         let renderer = tracers.of(&method)?;
         let made = reference::render(renderer, &settings, &name, samples, clock, &mut |spp| {
             let stage = format!("reference by {name}, {spp} of {samples} samples a pixel");
-            let share = f64::from(spp) * a_sample / work.all;
+            let share = f64::from(spp) * per_sample / work.all;
             watch(&Status { stage, share, seconds: started.elapsed().as_secs_f64() })
         })?;
-        self.work.done += f64::from(samples) * a_sample;
+        self.work.done += f64::from(samples) * per_sample;
         let mut made = made;
         if let Some(Made { film: Some(film), data, .. }) = &mut made {
             data.reason.clone_from(&trials.reason);
@@ -220,14 +220,14 @@ impl Race<'_, '_> {
         }
     }
 
-    /// What of the time the walk takes, by the default where it is raced.
-    fn walk(
+    /// The share of the time that traversal takes, by the default where it is raced.
+    fn traversal(
         &mut self,
         device: &Device,
         scene: &mut SceneData,
         save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
     ) -> Result<bool, BenchError> {
-        // Only the kernel whose pixels share nothing can walk its rays twice.
+        // Only the kernel without path reuse can traverse its rays twice.
         let mut measurable = self.plan.methods.iter().filter(|m| !m.shared_paths);
         let first = measurable.clone().next();
         let Some(method) = measurable.find(|m| **m == Method::DEFAULT).or(first).filter(|_| scene.walk.is_none())
@@ -236,10 +236,10 @@ impl Race<'_, '_> {
         };
         let Self { watch, started, subject, plan, .. } = self;
         let mut go_on = || {
-            let stage = format!("how much of {} is walking rays", method.name());
+            let stage = format!("how much of {} is traversal", method.name());
             watch(&Status { stage, share: 1.0, seconds: started.elapsed().as_secs_f64() })
         };
-        scene.walk = walk::measure(device, subject, method, plan.clock, &mut go_on)?;
+        scene.walk = traversal::measure(device, subject, method, plan.clock, &mut go_on)?;
         save(scene)?;
         Ok(scene.walk.is_some())
     }

@@ -27,7 +27,7 @@ const SAMPLES: [f64; 2] = [2.0, 16.0];
 const STREAM: u32 = u16::MAX as u32;
 
 /// Of the usual method's, by how much the tails of another may be heavier before its efficiency is
-/// not believed: who has not met its bright paths yet seems better than it is.
+/// not believed: a method that has not found its bright paths yet seems better than it is.
 const HEAVIER: f64 = 1.1;
 
 /// What a trial showed.
@@ -46,19 +46,19 @@ pub(crate) struct Trials {
     pub(crate) reason: String,
 }
 
-/// Tries the methods in turn; `None` where `tell` stopped it. This also warms them up.
+/// Tries the methods in turn; `None` where `report` stopped it. This also warms them up.
 pub(crate) fn try_out(
     tracers: &mut Tracers<'_>,
     subject: &Subject,
     methods: &[Method],
     clock: Clock,
-    tell: &mut dyn FnMut(&Method) -> bool,
+    report: &mut dyn FnMut(&Method) -> bool,
 ) -> Result<Option<Trials>, RenderError> {
     let mut tried: Vec<Tried> = Vec::new();
     let mut samples = Vec::new();
     let mut runs = Vec::new();
     for method in methods {
-        if !tell(method) {
+        if !report(method) {
             return Ok(None);
         }
         let renderer = tracers.of(method)?;
@@ -76,7 +76,7 @@ pub(crate) fn try_out(
             if round > 0 && first[i][0] * f64::from(samples[i]) > SECONDS {
                 continue;
             }
-            if !tell(method) {
+            if !report(method) {
                 return Ok(None);
             }
             let renderer = tracers.of(method)?;
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn luck_is_not_taken_for_efficiency() {
-        // One sample in 10,000 is bright: a pixel in 150 has met one, and the others know nothing
+        // One sample in 10,000 is bright: a pixel in 150 has found one, and the others know nothing
         // of it.
         let (method, reason) =
             choose(&subject(), &[Method::DEFAULT, AREA], &[tried(1, 0.3, 1.0, 0), tried(2, 0.1, 1.0, 10_000)]);

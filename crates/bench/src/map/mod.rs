@@ -113,7 +113,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Renders every case by every method. `watch`: told the case that begins; false stops.
+    /// Renders every case by every method. `watch` receives the case that begins; false stops.
     ///
     /// # Errors
     /// Where the device fails, or `watch` stops it.
@@ -141,7 +141,7 @@ struct Picture {
     film: Film,
     /// Mean over pixels, in green.
     mean: Estimate,
-    rays_a_path: f64,
+    rays_per_path: f64,
     /// Light that it says is missing, or found by chance.
     told: Option<&'static str>,
 }
@@ -164,13 +164,13 @@ fn picture(
         return Err(error.into());
     }
     let Batched { film, means } = batches;
-    let rays_a_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
+    let rays_per_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
     let mean = match integrator {
         // Its pixels share particles; batches share nothing.
         Integrator::Caustics => of_batches(&means),
         _ => pooled(&film),
     };
-    Ok(Picture { film, mean, rays_a_path, told })
+    Ok(Picture { film, mean, rays_per_path, told })
 }
 
 /// A film, and the mean of each of its batches.
@@ -251,8 +251,9 @@ impl Row {
 
 /// All but the comparison of costs.
 fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
-    let Picture { film, mean, rays_a_path, told } = picture;
-    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be told.
+    let Picture { film, mean, rays_per_path, told } = picture;
+    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be
+    // distinguished.
     let blurred = Estimate { variance: mean.variance + (1e-4 * truth.mean).powi(2), ..mean };
     let test = welch_test(&blurred, truth);
     let deviation = [mean.mean / truth.mean - 1.0, test.standard_error / truth.mean];
@@ -272,5 +273,5 @@ fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estima
     let sum = |f: &dyn Fn(usize) -> f64| (0..n).map(f).sum::<f64>();
     let variance = sum(&|i| film.variance_of_mean(i).map_or(0.0, |v| v[1]) * film.samples(i) as f64);
     let squares = sum(&|i| film.mean(i)[1].powi(2));
-    Cell { verdict, deviation, certified, cost: variance / squares.max(f64::MIN_POSITIVE) * rays_a_path, film }
+    Cell { verdict, deviation, certified, cost: variance / squares.max(f64::MIN_POSITIVE) * rays_per_path, film }
 }

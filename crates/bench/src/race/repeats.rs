@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Repeats that bands and intervals need.
-const LEAST_REPEATS: u32 = 2;
+const MIN_REPEATS: u32 = 2;
 
 /// Of the time for a scene, the share after which no other repeat is begun: on a machine as quick
 /// as at first, a third of the race is left there at most.
@@ -29,7 +29,7 @@ impl Race<'_, '_> {
     ) -> Result<bool, BenchError> {
         let count = self.plan.methods.len();
         for repeat in 0..self.plan.repeats {
-            if repeat >= LEAST_REPEATS && self.is_late() && (0..count).all(|m| !scene.is_complete(m, repeat)) {
+            if repeat >= MIN_REPEATS && self.is_late() && (0..count).all(|m| !scene.is_complete(m, repeat)) {
                 scene.warnings.push(format!(
                     "{repeat} repeats instead of {}: the machine has become slower than it was when methods were tried out",
                     scene.repeats

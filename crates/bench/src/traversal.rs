@@ -1,7 +1,7 @@
-//! How much of the device's time the walk through the BVH takes.
+//! The share of the device's time that traversal of the BVH takes.
 //!
-//! The kernel is one, and no clock can be read within it. But it can be made to walk every ray
-//! twice: the picture stays the same, and what it takes longer is what a walk takes. The rest is
+//! The kernel is one, and no clock can be read within it. But it can be made to traverse every ray
+//! twice: the image stays the same, and the additional time is that of traversal. The rest is
 //! shading, sampling, and keeping states between dispatches.
 
 use surelight_prepare::{Instrument, Prepared};
@@ -14,7 +14,7 @@ use crate::{
     tracer::{Run, Subject},
 };
 
-/// Pairs of measurements, with one walk and with two.
+/// Pairs of measurements, with one traversal and with two.
 const ROUNDS: u32 = 5;
 
 /// Seconds of a measurement, about.
@@ -41,13 +41,13 @@ pub(crate) fn measure(
     let mut shares = Vec::new();
     for _ in 0..ROUNDS {
         let mut seconds = [0.0; 2];
-        for walks in [1, 2] {
-            instrument::set_traversals_per_ray(&mut renderer, walks);
+        for traversals in [1, 2] {
+            instrument::set_traversals_per_ray(&mut renderer, traversals);
             let before = run.seconds(clock);
             if !run.grow_to(&mut renderer, run.spp() + samples, Some(samples.min(16)), go_on)? {
                 return Ok(None);
             }
-            seconds[walks as usize - 1] = run.seconds(clock) - before;
+            seconds[traversals as usize - 1] = run.seconds(clock) - before;
         }
         shares.push(seconds[1] / seconds[0].max(1e-9) - 1.0);
     }
