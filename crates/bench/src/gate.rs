@@ -10,6 +10,7 @@
 //! machine shakes alike.
 
 mod shift;
+mod text;
 
 use serde::Serialize;
 use surelight_estimate::{Moments, sidak_level};
@@ -192,34 +193,6 @@ fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> 
         }
     };
     pairs.iter().map(one).collect()
-}
-
-impl std::fmt::Display for Comparison {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for change in &self.methods {
-            let error = change.error.map_or("–".into(), |e| factor(&e));
-            writeln!(
-                f,
-                "{} {} at {} samples: time {}, mean square error {error}",
-                change.scene,
-                change.method,
-                change.spp,
-                factor(&change.time)
-            )?;
-            for loss in &change.losses {
-                writeln!(f, "  LOSS {loss}")?;
-            }
-        }
-        for note in &self.notes {
-            writeln!(f, "note: {note}")?;
-        }
-        let verdict = if self.is_loss() {
-            "the new version has lost something"
-        } else {
-            "no loss beyond what is tolerated and what chance explains"
-        };
-        writeln!(f, "verdict: {verdict}")
-    }
 }
 
 #[cfg(test)]
