@@ -1,8 +1,10 @@
-//! Walks of bounce rays on the device: `cargo bench --bench bounces [-- FOLDER [SCENE…]]`.
+//! Traversal of bounce rays on the device: `cargo bench --bench bounces [-- FOLDER [SCENE…]]`.
 //!
-//! Rays leave the first hits of a picture's camera rays in directions distributed by the cosine, in order of blocks of 8×8 pixels. Each lane walks one. All
-//! rays are walked, one after the other, and again, four times; the time of as many rays of no length is taken off, so that what is left is walks. With `FOLDER`, triangles and rays are
-//! written there as `NAME.rays`, for `benches/embree.c`, which finds the same hits with Embree.
+//! Rays leave the first hits of a picture's camera rays in directions distributed by the cosine, in
+//! order of blocks of 8×8 pixels. Each lane traces one. All rays are traced, one after the other,
+//! and again, four times; the time of as many rays of no length is subtracted, so that traversal
+//! remains. With `FOLDER`, triangles and rays are written there as `NAME.rays`, for
+//! `benches/embree.c`, which finds the same hits with Embree.
 
 use std::{io::Write, path::Path, time::Instant};
 
@@ -18,7 +20,7 @@ use surelight_scene::{Environment, LoadOptions, Scene};
 use surelight_scenes::probes;
 use surelight_tests::{
     render::device,
-    walk::{Found, Rays},
+    traversal::{ProbeHit, ProbeRays},
 };
 
 const SIZE: u32 = 512;
@@ -63,23 +65,23 @@ fn measure(scene: &Scene, folder: Option<&Path>) {
     };
     let rays = bounces(&prepared, camera.to_world.matrix3.as_mat3(), &corners);
     let items: u64 = rays.iter().map(|r| u64::from(prepared.accel.intersect_counted(r).1)).sum();
-    let asking = |share: f32| -> Vec<Rays> {
-        let mut all: Vec<Rays> = rays.iter().map(Rays::closest).collect();
+    let asking = |share: f32| -> Vec<ProbeRays> {
+        let mut all: Vec<ProbeRays> = rays.iter().map(ProbeRays::closest).collect();
         all.iter_mut().for_each(|r| r.t_max *= share);
         all.repeat(REPEATS)
     };
     let [all, none] = [asking(1.0), asking(0.0)];
     let entry = ["package::probe::walk", "probe_walk"];
-    let probe = Probe::new::<Rays, Found>(device(), &prepared, entry, &all, all.len(), Checks::Trusted)
+    let probe = Probe::new::<ProbeRays, ProbeHit>(device(), &prepared, entry, &all, all.len(), Checks::Trusted)
         .unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     let run = || {
         let (cpu, wall) = (cpu_seconds().unwrap_or(f64::NAN), Instant::now());
-        let found: Vec<Found> = probe.run().unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+        let found: Vec<ProbeHit> = probe.run().unwrap_or_else(|e| panic!("{}: {e}", scene.name));
         (wall.elapsed().as_secs_f64(), cpu_seconds().unwrap_or(f64::NAN) - cpu, found)
     };
-    let timed = |queries: &[Rays]| {
+    let timed = |queries: &[ProbeRays]| {
         probe.ask(queries);
-        run(); // what is asked goes to the device with the first run
+        run(); // the first run uploads the queries
         run()
     };
     let hits = timed(&all).2;
@@ -108,7 +110,7 @@ fn measure(scene: &Scene, folder: Option<&Path>) {
     }
 }
 
-/// From each first hit a ray about the side of its triangle that the camera sees.
+/// From each first hit a ray into the hemisphere on the camera's side of its triangle.
 fn bounces(prepared: &Prepared, axes: glam::Mat3, corners: &dyn Fn(&TriangleSource) -> [Vec3; 3]) -> Vec<Ray> {
     let mut seed = 1u32;
     let mut unit = || {
@@ -137,14 +139,14 @@ fn bounces(prepared: &Prepared, axes: glam::Mat3, corners: &dyn Fn(&TriangleSour
     rays
 }
 
-/// Triangles and rays, little-endian: two counts (u32), nine floats a triangle, then for each ray its origin, its direction and the distance
-/// that was found here (negative for none).
+/// Triangles and rays, little-endian: two counts (u32), nine floats per triangle, then for each ray
+/// its origin, its direction and the distance that was found here (negative for none).
 fn write(
     path: &Path,
     prepared: &Prepared,
     corners: &dyn Fn(&TriangleSource) -> [Vec3; 3],
     rays: &[Ray],
-    found: &[Found],
+    found: &[ProbeHit],
 ) -> std::io::Result<()> {
     let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
     for count in [prepared.accel.triangles.len(), rays.len()] {

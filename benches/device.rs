@@ -1,6 +1,7 @@
-//! Upload, walks and samplers on the device: `cargo bench --bench device`.
+//! Upload, traversal and samplers on the device: `cargo bench --bench device`.
 //!
-//! Seconds are those of the device's own clock where it has one. Figures depend on the machine and on what else it does; compare them within one run.
+//! Seconds are those of the device's own clock where it has one. Figures depend on the machine and
+//! its load; compare them within one run.
 
 #![allow(missing_docs, reason = "criterion_group! makes a public function without any")]
 
@@ -38,7 +39,7 @@ fn uploading(c: &mut Criterion) {
     group.finish();
 }
 
-/// What a walk takes: what more walks of the same rays take longer.
+/// The time of a traversal: the additional time of more traversals of the same rays.
 fn walking(c: &mut Criterion) {
     const MORE: u32 = 4;
     let mut group = c.benchmark_group("walk");
@@ -58,7 +59,7 @@ fn walking(c: &mut Criterion) {
         };
         let (_, rays) = traced(1);
         group.throughput(Throughput::Elements(rays));
-        group.bench_function(BenchmarkId::new("rays of a sample a pixel", name), |b| {
+        group.bench_function(BenchmarkId::new("rays of a sample per pixel", name), |b| {
             b.iter_custom(|n| {
                 let longer: f64 = (0..n).map(|_| traced(1 + MORE).0 - traced(1).0).sum();
                 Duration::from_secs_f64((longer / f64::from(MORE)).max(1e-9))
@@ -68,7 +69,7 @@ fn walking(c: &mut Criterion) {
     group.finish();
 }
 
-/// Points of each sampler, summed up by a kernel that does hardly anything else.
+/// Points of each sampler, summed up by a kernel that does little else.
 fn sampling(c: &mut Criterion) {
     const REPLICATES: u32 = 16;
     const SAMPLES: u32 = 1 << 14;

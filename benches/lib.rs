@@ -1,3 +1,5 @@
-//! Benches of the whole: what specialisation buys, what triangles cost, how long the start takes, and parts of the work on the device.
+//! Benches of the whole: the gain of specialisation, the cost of triangles, the time to start, and
+//! parts of the work on the device.
 //!
-//! Each prints its conditions. Run them one at a time on a machine that does nothing else: `cargo bench --bench specialisation`, `size`, `start`, `device`.
+//! Each prints its conditions. Run them one at a time on a machine that does nothing else: `cargo
+//! bench --bench specialisation`, `size`, `start`, `device`.

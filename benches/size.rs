@@ -1,7 +1,8 @@
-//! What more triangles cost: `cargo bench --bench size [-- FOLDER [MOST]]`.
+//! The cost of more triangles: `cargo bench --bench size [-- FOLDER [MOST]]`.
 //!
-//! One terrain, ever finer, from 8 triangles to 4 million (or `MOST`), seen by the same camera, so that nearly the same light is found. The first-hit
-//! features and the film are left out: what is timed is paths. `FOLDER` gets the chart.
+//! One terrain, ever finer, from 8 triangles to 4 million (or `MOST`), through the same camera, so
+//! that nearly the same light is found. Only paths are timed, without the first-hit features and
+//! the film. `FOLDER` gets the chart.
 
 use std::time::Instant;
 
@@ -37,7 +38,8 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|");
     let mut renderers = Vec::new();
     let mut rows = Vec::new();
-    // Buffers whose size is the picture's are on every device that shows anything; they are told once.
+    // Buffers whose size is the picture's are on every device that shows anything; they are
+    // reported once.
     let mut fixed = None;
     for side in SIDES {
         let triangles = 2 * u64::from(side) * u64::from(side);

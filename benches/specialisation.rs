@@ -1,12 +1,16 @@
-//! What specialising the kernel to the scene buys: `cargo bench --bench specialisation [-- --traces] [FOLDER]`.
+//! The gain of specialising the kernel to the scene: `cargo bench --bench specialisation [--
+//! --traces] [FOLDER]`.
 //!
-//! First, whether a kernel bears a trace of what its scene lacks: for each feature that a scene does without, its kernel is composed once more from sources
-//! out of which all that stands under that feature has been cut ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the driver's
-//! program, its records and its bindings, and it is as fast as a build that never heard of the feature, by identity. Each scene is looked at as it is
-//! rendered by default, with shared paths, and with caustics traced from the lights where it has any; `--traces` does this alone.
+//! First, whether a kernel has a trace of features that its scene lacks: for each such feature, its
+//! kernel is composed once more from sources from which all code under that feature has been
+//! removed ([`surelight_tests::forget`]). Where the WGSL is the same to the letter, so are the
+//! driver's program, its records and its bindings, and it is as fast as a build without the
+//! feature, by identity. Each scene is tested as rendered by default, with path reuse, and with
+//! caustics traced from the lights where it has any; `--traces` does this alone.
 //!
-//! Then what the features would cost: each scene by its own kernel, by its own once more, which shows the noise, and with a speck out of sight that needs
-//! every feature there is, by the general kernel. `FOLDER` gets the chart.
+//! Then the cost of the features: each scene by its own kernel, by its own once more, which shows
+//! the noise, and with an invisible speck that needs every feature, by the general kernel. `FOLDER`
+//! gets the chart.
 
 use std::collections::HashMap;
 
@@ -15,7 +19,7 @@ use surelight_bench::{
     paths::{median, race_paths},
 };
 use surelight_prepare::{
-    Integrator, KernelKey, Part, Prepared, Settings, SharedPaths, TABLE, compose, compose_modules, path_kernel,
+    Integrator, KernelKey, Part, PathReuse, Prepared, Settings, TABLE, compose, compose_modules, path_kernel,
     shader_modules,
 };
 use surelight_render::Renderer;
@@ -35,20 +39,20 @@ const SECONDS: f64 = 0.5;
 
 /// Root modules of the kernels that a render runs.
 fn roots(key: &KernelKey) -> Vec<(&'static str, KernelKey)> {
-    let first_hits = ("package::kernel::features", key.first_hits());
+    let first_hits = ("package::kernel::first_hit", key.first_hits());
     let mut roots = vec![(path_kernel(key).0, *key), first_hits];
     if key.has(Part::Caustics) {
-        roots.push(("package::kernel::emit", *key));
+        roots.push(("package::kernel::light_tracing", *key));
     }
     roots
 }
 
-/// Ways to render a scene, each with kernels of its own.
+/// Ways to render a scene, each with separate kernels.
 fn ways() -> [(&'static str, Settings); 3] {
     let plain = Settings::new(SIZE, SIZE);
     [
         ("", plain.clone()),
-        (", shared paths", Settings { shared_paths: SharedPaths::On, ..plain.clone() }),
+        (", shared paths", Settings { path_reuse: PathReuse::On, ..plain.clone() }),
         (", caustics", Settings { integrator: Integrator::Caustics, ..plain }),
     ]
 }
@@ -138,7 +142,7 @@ fn main() {
         rows.push((name.to_owned(), vec![own, (general - own).max(0.0)]));
     }
     if let Some(folder) = folder {
-        let parts = ["the scene's own kernel", "what the general kernel takes more"];
+        let parts = ["the scene's own kernel", "the additional time of the general kernel"];
         let label = "nanoseconds a path";
         let chart = bars("specialisation", "What specialising the kernel to the scene buys", label, &parts, &rows);
         let path = std::path::Path::new(&folder).join("specialisation.svg");

@@ -1,9 +1,12 @@
-//! From a file to the first sample of each pixel, stage by stage: `cargo bench --bench start -- SCENE…`.
+//! From a file to the first sample of each pixel, stage by stage: `cargo bench --bench start --
+//! SCENE…`.
 //!
-//! The stages are those of a render, one after the other, in this process: wall seconds, and processor seconds of all threads, which other work on the machine
-//! changes less. The first scene finds the driver cold, as a fresh process does; give one scene a run to have each cold. What the disk holds in its
-//! caches, the files and the driver's compiled kernels, is as it was left: `sync; echo 3 > /proc/sys/vm/drop_caches` empties the former,
-//! `MESA_SHADER_CACHE_DISABLE=1` does without the latter on Mesa's drivers.
+//! The stages are those of a render, one after the other, in this process: wall seconds, and
+//! processor seconds of all threads, which other work on the machine changes less. The first scene
+//! finds the driver cold, as a fresh process does; run one scene at a time to have each cold. The
+//! caches of files and of the driver's compiled kernels are unchanged: `sync; echo 3 >
+//! /proc/sys/vm/drop_caches` empties the former, `MESA_SHADER_CACHE_DISABLE=1` does without the
+//! latter on Mesa's drivers.
 
 use std::path::Path;
 use std::time::Instant;
@@ -40,7 +43,8 @@ fn main() {
         let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
         let device = Device::new(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
         clock.lap("device");
-        // As a render does it: the kernel is compiled on this thread, trees are built on the others.
+        // As a render does it: the kernel is compiled on this thread, trees are built on the
+        // others.
         let mut compiling = f64::NAN;
         let settings = Settings::new(SIZE, SIZE);
         let (prepared, precompiled) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {

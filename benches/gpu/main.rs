@@ -1,8 +1,11 @@
-//! Everything to be known of an adapter, in one go: `cargo bench --bench gpu -- -o FOLDER [SCENE…]`, or its executable carried to where the adapter is
-//! (`cargo xtask gpu` packs it with the tests).
+//! Everything to be known of an adapter, in one go: `cargo bench --bench gpu -- -o FOLDER
+//! [SCENE…]`, or its executable carried to where the adapter is (`cargo xtask gpu` packs it with
+//! the tests).
 //!
-//! Writes `gpu.json` and `gpu.md` anew after each step; a step that fails is recorded, and the next one begins. Options: `--size WIDTHxHEIGHT`
-//! (1920x1080), `--seconds` of a measurement (2), `--limit` in seconds after which no step begins (240), `--adapter NAME`, `--small` (10,000 triangles instead of a million).
+//! Rewrites `gpu.json` and `gpu.md` after each step; a step that fails is recorded, and the next
+//! one begins. Options: `--size WIDTHxHEIGHT` (1920x1080), `--seconds` of a measurement (2),
+//! `--limit` in seconds after which no step begins (240), `--adapter NAME`, `--small` (10,000
+//! triangles instead of a million).
 
 mod report;
 mod steps;
@@ -14,7 +17,7 @@ use surelight_render::{AdapterChoice, Device};
 
 use report::Report;
 
-/// What is measured, and for how long.
+/// The measurements, and their durations.
 pub(crate) struct Plan {
     /// Pixels.
     pub(crate) size: [u32; 2],

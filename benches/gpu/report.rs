@@ -1,4 +1,4 @@
-//! What was measured, as JSON and as Markdown.
+//! The measurements, as JSON and as Markdown.
 
 use std::{fmt::Write, panic::AssertUnwindSafe, path::PathBuf, time::Instant};
 
@@ -111,7 +111,7 @@ fn table(out: &mut String, rows: &[Row]) {
     }
 }
 
-/// Four digits are more than these figures are worth.
+/// Four digits are more than the precision of these figures.
 fn cell(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),

@@ -23,7 +23,7 @@ pub(crate) struct Subject {
 /// One step: rows of a table.
 type Work = fn(&Plan, &Device, &[Subject]) -> Result<Vec<Row>, String>;
 
-/// In order of what is wanted most.
+/// In order of priority.
 pub(crate) const ALL: [(&str, Work); 6] = [
     ("path tracing", tracing),
     ("walks alone", walking),
@@ -88,7 +88,7 @@ fn each(subjects: &[Subject], mut work: impl FnMut(&Subject) -> Result<Vec<Row>,
         .collect()
 }
 
-/// What a render of about `plan.seconds` came to.
+/// Figures of a render of about `plan.seconds`.
 struct Figures {
     paths: f64,
     rays: f64,
@@ -97,7 +97,7 @@ struct Figures {
     dispatches: u64,
 }
 
-/// Renders a sample to warm up and to learn how long it takes, then as many as fit.
+/// Renders a sample to warm up and to time it, then as many as fit.
 fn measure(plan: &Plan, renderer: &mut Renderer<'_>) -> Result<Figures, String> {
     let mut film = Film::new(plan.size[0], plan.size[1]);
     let mut traced = |batch: u32, samples: u32| {
@@ -144,7 +144,7 @@ fn tracing(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row
     }))
 }
 
-/// By what three walks more of every ray take.
+/// By the time of three more traversals of every ray.
 fn walking(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row>, String> {
     const WALKS: u32 = 4;
     Ok(each(subjects, |subject| {
@@ -154,7 +154,7 @@ fn walking(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row
         let once = measure(plan, &mut renderer)?;
         instrument::set_traversals_per_ray(&mut renderer, WALKS);
         let often = measure(plan, &mut renderer)?;
-        // Nanoseconds a ray, walked once and several times.
+        // Nanoseconds per ray, traversed once and several times.
         let [once, often] = [once, often].map(|f| 1e9 * f.device / f.rays);
         let walk = (often - once) / f64::from(WALKS - 1);
         Ok(vec![row! {"scene": subject.name, "Mrays/s": 1e3 / walk, "share of a path": walk / once}])
@@ -226,7 +226,7 @@ fn dispatches(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<
     }))
 }
 
-/// Nothing to measure: said, so that nobody looks for it.
+/// Nothing to measure: stated, so that nobody looks for it.
 fn layouts(_: &Plan, _: &Device, _: &[Subject]) -> Result<Vec<Row>, String> {
     Ok(vec![
         row! {"layout": "wide: four children of 8 bits a side, leaves of two triangles", "note": "the only one that the kernel reads"},

@@ -4,7 +4,7 @@ use std::{env, fmt::Write, fs, path::Path};
 
 fn main() {
     let root = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap()).join("../../shaders");
-    let root = root.canonicalize().expect("the shaders folder stands beside crates/");
+    let root = root.canonicalize().expect("the shaders folder is beside crates/");
     println!("cargo::rerun-if-changed={}", root.display());
     let mut files = Vec::new();
     collect(&root, &mut files);

@@ -1,8 +1,9 @@
-// The unit circle, without the device's own sine and cosine: Vulkan asks no more of those than 2⁻¹¹ and nothing at all
-// outside [−π, π], and directions that are not of unit length corrupt what is computed from them.
+// The unit circle, without the device's own sine and cosine: Vulkan requires an accuracy of only
+// 2⁻¹¹ of those, and none outside [−π, π], and directions that are not of unit length corrupt all
+// results.
 
-// The point at u turns, u in [0, 1]. Error and deviation from unit length below 2e-7: minimax polynomials on an eighth of a turn
-// to either side of the nearest quarter.
+// The point at u turns, u in [0, 1]. Error and deviation from unit length below 2e-7: minimax
+// polynomials on an eighth of a turn to either side of the nearest quarter.
 fn unit_circle(u: f32) -> vec2f {
     let quarter = floor(4.0 * u + 0.5);
     let r = (4.0 * u - quarter) * 1.5707963267949;

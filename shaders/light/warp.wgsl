@@ -1,5 +1,6 @@
-// Points of the unit square with a density given at nine of them, bilinear in between (after Hart et al. 2020, "Practical product
-// sampling by fitting and composing warps", section 4, who take the four corners).
+// Points of the unit square with a density given at nine of them, bilinear in between (after Hart
+// et al. 2020, "Practical product sampling by fitting and composing warps", section 4, who take the
+// four corners).
 
 // Densities, above 0 and up to a common factor, where x and y are 0, at the knot, or 1.
 struct Densities {

@@ -5,7 +5,7 @@ use surelight_prepare::{KernelKey, Part, sheen_albedos};
 
 use crate::probe::{Probe, key};
 
-/// `ProbeMaterial` of shaders/probe/bsdf.wesl: a material seen from a direction.
+/// `ProbeMaterial` of shaders/probe/bsdf.wesl: a material viewed from a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Material {
@@ -29,7 +29,7 @@ pub struct Material {
     pub ior: f32,
     /// 1 for a thin wall.
     pub thin: f32,
-    /// Colour of what the Lambertian base sends to the other side.
+    /// Colour of the Lambertian base's diffuse transmission.
     pub through_color: [f32; 3],
     /// Its share.
     pub diffuse_transmission: f32,
@@ -61,7 +61,7 @@ pub struct Material {
     pub rest: f32,
 }
 
-/// What [`BsdfProbe::eval`] returns.
+/// The result of [`BsdfProbe::eval`].
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Eval {
@@ -75,7 +75,7 @@ pub struct Eval {
     pub is_delta: f32,
 }
 
-/// What [`BsdfProbe::sample`] returns.
+/// The result of [`BsdfProbe::sample`].
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sample {
@@ -89,7 +89,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Whether the sample counts; otherwise it is worth 0.
+    /// Whether the sample is valid; otherwise its weight is 0.
     pub fn is_valid(&self) -> bool {
         self.flags as u32 & 1 != 0
     }
@@ -101,7 +101,8 @@ impl Sample {
 }
 
 impl Material {
-    /// A white Lambertian surface (as KHR_materials_specular with strength 0), seen at `degrees` from the normal.
+    /// A white Lambertian surface (as KHR_materials_specular with strength 0), viewed at `degrees`
+    /// from the normal.
     pub fn lambert(degrees: f64) -> Self {
         let (s, c) = degrees.to_radians().sin_cos();
         Self {
@@ -144,12 +145,12 @@ impl Material {
         Self { metallic: 1.0, ..Self::dielectric(alpha, degrees) }
     }
 
-    /// Clear glass of index 1.5 seen from outside.
+    /// Clear glass of index 1.5 viewed from outside.
     pub fn glass(alpha: f32, degrees: f64) -> Self {
         Self { transmission: 1.0, ..Self::dielectric(alpha, degrees) }
     }
 
-    /// Clear glass of index 1.5 seen from within.
+    /// Clear glass of index 1.5 viewed from within.
     pub fn glass_within(alpha: f32, degrees: f64) -> Self {
         Self { eta: 1.0 / 1.5, ..Self::glass(alpha, degrees) }
     }
@@ -159,7 +160,8 @@ impl Material {
         Self { eta: 1.0, thin: 1.0, ..Self::glass(alpha, degrees) }
     }
 
-    /// Something of everything: partly metal, partly transmitting, coloured, with a tinted and weakened reflection.
+    /// Something of everything: partly metal, partly transmitting, coloured, with a tinted and
+    /// weakened reflection.
     pub fn medley(alpha: f32, degrees: f64) -> Self {
         Self {
             base_color: [0.9, 0.5, 0.1],
@@ -178,7 +180,7 @@ impl Material {
     }
 
     /// The same under reddish sheen.
-    pub fn fibrous(self, alpha: f32) -> Self {
+    pub fn with_sheen(self, alpha: f32) -> Self {
         Self { sheen_color: [0.9, 0.6, 0.3], sheen_alpha: alpha, ..self }
     }
 
@@ -224,14 +226,14 @@ impl Material {
             ("diffuse_transmission", self.diffuse_transmission > 0.0),
             ("anisotropy", self.is_brushed()),
             ("iridescence", self.film > 0.0),
-            ("sheen", self.is_fibrous()),
+            ("sheen", self.has_sheen()),
             ("clearcoat", self.coat > 0.0),
         ];
         names.extend(conditions.iter().filter(|(_, on)| *on).map(|(name, _)| *name));
         key(&names)
     }
 
-    fn is_fibrous(&self) -> bool {
+    fn has_sheen(&self) -> bool {
         self.sheen_color.iter().any(|&c| c > 0.0)
     }
 
@@ -240,7 +242,7 @@ impl Material {
     }
 
     fn has_layers(&self) -> bool {
-        self.is_fibrous() || self.coat > 0.0 || self.film > 0.0 || self.diffuse_transmission > 0.0
+        self.has_sheen() || self.coat > 0.0 || self.film > 0.0 || self.diffuse_transmission > 0.0
     }
 }
 
@@ -312,7 +314,8 @@ fn run<T: Pod>(entry: &Entry, materials: &[Material], triples: &[[f32; 3]], inde
     results
 }
 
-/// Uniform numbers in [0, 1) on a 24-bit grid, as the kernels make them, from SplitMix64 (Steele, Lea & Flood 2014).
+/// Uniform numbers in [0, 1) on a 24-bit grid, as the kernels make them, from SplitMix64 (Steele,
+/// Lea & Flood 2014).
 pub fn uniforms(count: usize, seed: u64) -> Vec<[f32; 3]> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {

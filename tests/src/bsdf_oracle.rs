@@ -1,7 +1,9 @@
-//! The material's BSDF in f64, written from the specifications' formulas rather than from the shader, and its albedo by quadrature.
+//! The material's BSDF in f64, written from the specifications' formulas rather than from the
+//! shader, and its albedo by quadrature.
 //!
-//! glTF 2.0 appendix B; KHR_materials_specular, _ior, _transmission, _anisotropy, _diffuse_transmission; Walter et al. 2007 for rough refraction. Smith's masking is
-//! written with Λ and tangents, Fresnel's equations with both angles, refraction with both indices.
+//! glTF 2.0 appendix B; KHR_materials_specular, _ior, _transmission, _anisotropy,
+//! _diffuse_transmission; Walter et al. 2007 for rough refraction. Smith's masking is written with
+//! Λ and tangents, Fresnel's equations with both angles, refraction with both indices.
 
 use std::f64::consts::{PI, TAU};
 
@@ -44,7 +46,7 @@ pub fn fresnel_exact(cos_o: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// What becomes of light at a facet.
+/// Reflection and transmission of light at a facet.
 struct Shares {
     reflected: DVec3,
     diffuse: DVec3,
@@ -52,7 +54,8 @@ struct Shares {
     transmitted: DVec3,
 }
 
-/// What a facet met at this cosine reflects, and the factors of diffuse base, diffuse transmission and transmission.
+/// The reflectance of a facet at this cosine, and the factors of diffuse base, diffuse transmission
+/// and transmission.
 fn shares(m: &Material, cosine: f64) -> Shares {
     let (f0, f90, base) = (f64s(m.f0), f64::from(m.f90), f64s(m.base_color));
     let schlick = (1.0 - cosine).max(0.0).powi(5);
@@ -127,7 +130,8 @@ fn facet(m: &Material, o: DVec3, i: DVec3) -> Option<(DVec3, f64)> {
     if oh <= 0.0 || ih >= 0.0 {
         return None;
     }
-    // Light comes along i and leaves along o; radiance shrinks with the solid angle: η_o² / (η_i (i·h) + η_o (o·h))².
+    // Light comes along i and leaves along o; radiance shrinks with the solid angle: η_o² / (η_i
+    // (i·h) + η_o (o·h))².
     let bend = eta_o * eta_o / (eta_i * ih + eta_o * oh).powi(2);
     Some((h, (oh * ih).abs() / o.z * bend * ggx_g2(alphas(m), o, i)))
 }
@@ -152,7 +156,7 @@ pub fn lobes(m: &Material, wi: DVec3) -> Lobes {
     Lobes { diffuse: through(m, o, i), reflected: DVec3::ZERO, transmitted: at.transmitted * microfacets }
 }
 
-/// What the Lambertian base sends to the other side, weighted as for the direction mirrored to this side.
+/// The Lambertian base's diffuse transmission, weighted as for the direction mirrored to this side.
 fn through(m: &Material, o: DVec3, i: DVec3) -> DVec3 {
     let h = (o + dvec3(i.x, i.y, -i.z)).normalize();
     shares(m, o.dot(h)).through * -i.z / PI
@@ -168,17 +172,19 @@ fn refract(o: DVec3, h: DVec3, eta: f64) -> Option<DVec3> {
     (sin2_t < 1.0).then(|| (c / eta - (1.0 - sin2_t).sqrt()) * h - o / eta)
 }
 
-/// Integrals of the lobes over wi: what each scatters of a uniform radiance 1.
+/// Integrals of the lobes over wi: the light that each scatters of a uniform radiance 1.
 ///
-/// The base by the midpoint rule over the cosine-weighted hemisphere; the microfacet lobes over all normals by D·cosθ, so that D
-/// cancels and any α is as easy. `n` points in each of two dimensions. For isotropic facets, and without diffuse transmission.
+/// The base by the midpoint rule over the cosine-weighted hemisphere; the microfacet lobes over all
+/// normals by D·cosθ, so that D cancels and any α is as easy. `n` points in each of two dimensions.
+/// For isotropic facets, and without diffuse transmission.
 pub fn albedo(m: &Material, n: usize) -> Lobes {
     let o = f64s(m.wo).normalize();
     let alpha = f64::from(m.alpha);
     let mut sum = Lobes::default();
     for a in 0..n {
         let t = (a as f64 + 0.5) / n as f64;
-        // Normals in terms of 1 − (1 − t)², whose density 2(1 − t) tames the tail: the integrand grows like 1/cosθ there.
+        // Normals in terms of 1 − (1 − t)², whose density 2(1 − t) tames the tail: the integrand
+        // grows like 1/cosθ there.
         let density = 2.0 * (1.0 - t);
         let tan = alpha * (1.0 - (1.0 - t) * (1.0 - t)).sqrt() / (1.0 - t);
         let cos = 1.0 / (1.0 + tan * tan).sqrt();
@@ -192,7 +198,8 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
             if oh <= 0.0 {
                 continue;
             }
-            // Value without D, over the density of h without D, over the density of wi against that of h.
+            // Value without D, over the density of h without D, over the density of wi against that
+            // of h.
             let Shares { reflected, transmitted, .. } = shares(m, oh);
             let weight = oh * density / cos;
             let mirror = reflect(o, h);
@@ -206,7 +213,8 @@ pub fn albedo(m: &Material, n: usize) -> Lobes {
             let eta = f64::from(m.eta);
             if m.transmission > 0.0 && m.thin == 0.0 {
                 let Some(i) = refract(o, h, eta).filter(|i| i.z < 0.0) else { continue };
-                // What remains of Walter's formula over |i·h| η_i² / (η_i (i·h) + η_o (o·h))² is 1/η_i².
+                // The rest of Walter's formula over |i·h| η_i² / (η_i (i·h) + η_o (o·h))² is
+                // 1/η_i².
                 sum.transmitted += transmitted * ggx_g2([alpha; 2], o, i) * weight / (o.z * eta * eta);
             }
         }

@@ -27,14 +27,15 @@ fn peaks(m: &Material) -> Vec<[f32; 3]> {
 }
 
 fn cells(probe: &BsdfProbe, m: &Material) -> SphereCells {
-    // Below the horizon, facets that refract exist on one side of the plane in which their normal would be horizontal.
+    // Below the horizon, facets that refract exist on one side of the plane in which their normal
+    // would be horizontal.
     let edge = f64::from(-m.wo[2] / m.eta).max(-1.0);
     SphereCells::new(&peaks(m), f64::from(narrowest(m).max(1e-3)), edge, |directions| {
         probe.eval(m, directions).iter().map(|e| f64::from(e.pdf)).collect()
     })
 }
 
-/// What [`outcome`] finds.
+/// The result of [`outcome`].
 pub struct Outcome {
     /// p-value.
     pub p: f64,
@@ -46,7 +47,8 @@ pub struct Outcome {
     pub cells: usize,
 }
 
-/// χ² of samples of `drawn` in cells that hold the pdf of `claimed`. Invalid and delta samples share one more cell.
+/// χ² of samples of `drawn` in cells that hold the pdf of `claimed`. Invalid and delta samples
+/// share one more cell.
 pub fn outcome(probe: &BsdfProbe, drawn: &Material, claimed: &Material, samples: usize, seed: u64) -> Outcome {
     let cells = cells(probe, claimed);
     let drawn = probe.sample(drawn, &uniforms(samples, seed));

@@ -1,4 +1,4 @@
-//! Estimators held against one another on any scene, by the verdict that `surelight compare` gives.
+//! Estimators compared with one another on any scene, by the verdict of `surelight compare`.
 
 use surelight_estimate::sidak_level;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
@@ -12,26 +12,27 @@ use crate::render::{ALPHA, device};
 /// Batches of a picture.
 const BATCHES: u32 = 16;
 
-/// What came of the comparisons.
+/// Results of the comparisons.
 #[derive(Debug, Default)]
 pub struct Tally {
     /// Comparisons that a difference would have shown in.
-    pub told: usize,
-    /// Comparisons that could tell nothing.
+    pub reported: usize,
+    /// Comparisons without a verdict.
     pub open: usize,
     /// A sentence for each that differs.
     pub failures: Vec<String>,
 }
 
-/// Renders a scene by every unbiased estimator and compares the pictures: `mis` with `area`, and with `hemisphere` where no light is
-/// without extent. `of`: comparisons in all, for Šidák's level; `side`: pixels of the longer side; `samples` of a batch.
+/// Renders a scene by every unbiased estimator and compares the pictures: `mis` with `area`, and
+/// with `hemisphere` where no light is without extent. `of`: comparisons in all, for Šidák's level;
+/// `side`: pixels of the longer side; `samples` of a batch.
 pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of: usize, tally: &mut Tally) {
     let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
     let folder = tempfile::tempdir().expect("a folder for pictures");
     let path = folder.path().join("picture.exr");
     let mut integrators = vec![Integrator::Mis];
     if scene.materials.iter().any(is_nearly_smooth) {
-        println!("{name}: without area, which meets narrow lobes one time in millions");
+        println!("{name}: without area, which hits narrow lobes one time in millions");
     } else {
         integrators.push(Integrator::Area);
     }
@@ -52,9 +53,9 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
         let [a, b] = [image, mis].map(|image| Picture::of(image, None).expect("a picture"));
         let options = CompareOptions { alpha: sidak_level(ALPHA, of), ..CompareOptions::default() };
         let comparison = compare(&a, &b, &options).expect("they can be compared");
-        let verdict: Verdict = comparison.verdict.expect("both know their errors");
+        let verdict: Verdict = comparison.verdict.expect("both have error estimates");
         let text = format!(
-            "{name}: {integrator:?} − mis {:+.2} % ± {:.2} %, {:?}, {:.1} % would be seen",
+            "{name}: {integrator:?} − mis {:+.2} % ± {:.2} %, {:?}, {:.1} % would be detected",
             100.0 * comparison.metrics.mean_relative,
             100.0 * comparison.metrics.mean_relative_error,
             verdict.outcome,
@@ -62,14 +63,14 @@ pub fn compare_estimators(name: &str, scene: &Scene, side: u32, samples: u32, of
         );
         println!("{text}");
         match verdict.outcome {
-            Outcome::Same => tally.told += 1,
+            Outcome::Same => tally.reported += 1,
             Outcome::CannotTell => tally.open += 1,
             Outcome::Differ => tally.failures.push(text),
         }
     }
 }
 
-/// Whether a lobe is no delta, but so narrow that a sampled point on a light hardly ever falls into it.
+/// Whether a lobe is no delta, but so narrow that a sampled point on a light rarely falls into it.
 fn is_nearly_smooth(m: &Material) -> bool {
     const NARROW: std::ops::Range<f32> = 0.0101..0.2;
     NARROW.contains(&m.roughness) || m.clearcoat.factor > 0.0 && NARROW.contains(&m.clearcoat.roughness)

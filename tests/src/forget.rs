@@ -1,13 +1,15 @@
-//! Shader sources that have never heard of a feature.
+//! Shader sources without the code of a feature.
 //!
-//! Everything that stands under the feature's condition is taken out of the text, by an implementation that shares nothing with the one that composes
-//! kernels: if a scene lacks the feature, both must give the same kernel.
+//! Everything under the feature's condition is removed from the text, by an implementation that
+//! shares nothing with the one that composes kernels: if a scene lacks the feature, both must give
+//! the same kernel.
 
-/// The source without what only kernels with `feature` have; conditions that name it among others are left with `false` in its place.
+/// The source without the code that only kernels with `feature` have; conditions that name it among
+/// others get `false` in its place.
 pub fn forget(source: &str, feature: &str) -> String {
     let mut out = String::new();
     let mut rest = source;
-    // What the chain of @if, @elif and @else that we are in has come to.
+    // The state of the current chain of @if, @elif and @else.
     let mut chain = Chain::Open;
     while let Some(at) = next_attribute(rest) {
         out += &rest[..at];
@@ -52,11 +54,11 @@ enum Chain {
     Open,
     /// Something is kept that may or may not hold.
     Kept,
-    /// Something holds for certain: what follows does not.
+    /// A condition is certainly true: the following branches are dead.
     Decided,
 }
 
-/// Where the next `@if`, `@elif` or `@else` stands, outside of comments.
+/// The position of the next `@if`, `@elif` or `@else`, outside of comments.
 fn next_attribute(text: &str) -> Option<usize> {
     let mut from = 0;
     loop {
@@ -68,7 +70,7 @@ fn next_attribute(text: &str) -> Option<usize> {
     }
 }
 
-/// The attribute's word, its condition, and what follows.
+/// The attribute's word, its condition, and the rest.
 fn attribute(text: &str) -> (&str, Option<&str>, &str) {
     let word = &text[..1 + text[1..].find(|c: char| !c.is_alphabetic()).unwrap_or(text.len() - 1)];
     let rest = text[word.len()..].trim_start();
@@ -79,7 +81,7 @@ fn attribute(text: &str) -> (&str, Option<&str>, &str) {
     (word, Some(&rest[1..end - 1]), rest[end..].trim_start())
 }
 
-/// Bytes up to the end of what an opening bracket at the beginning encloses.
+/// Bytes up to the bracket that closes the one at the beginning.
 fn closing(text: &str, open: char, close: char) -> usize {
     let mut depth = 0usize;
     for (at, c) in text.char_indices() {
@@ -99,7 +101,8 @@ fn closing(text: &str, open: char, close: char) -> usize {
 fn node_length(text: &str) -> usize {
     let mut at = 0;
     let mut depth = 0usize;
-    // An import lists names in braces and ends with its semicolon; a declaration with a value may hold commas in its call.
+    // An import lists names in braces and ends with its semicolon; a declaration with a value may
+    // hold commas in its call.
     let is_import = text.starts_with("import");
     while let Some(c) = text[at..].chars().next() {
         match c {
@@ -132,7 +135,8 @@ fn node_length(text: &str) -> usize {
     at
 }
 
-/// Whether the `<` there stands for parameters of a type, as in `ptr<function, T>`: comparisons and shifts have space around them.
+/// Whether the `<` there begins parameters of a type, as in `ptr<function, T>`: comparisons and
+/// shifts have space around them.
 fn opens_parameters(text: &str, at: usize) -> bool {
     text[..at].ends_with(char::is_alphanumeric) && text[at + 1..].starts_with(char::is_alphabetic)
 }
@@ -205,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stands_under_a_feature_goes() {
+    fn code_under_a_feature_is_removed() {
         for (source, forgotten) in [
             ("a; @if(f) { b; { c; } } d;", "a;  d;"),
             ("@if(f) let x = g(1, 2); e;", " e;"),

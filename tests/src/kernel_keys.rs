@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
 use surelight_prepare::{
-    CameraModel, Constant, Directions, Estimator, Integrator, KernelKey, KeyError, Origin, Part, Parts, Points,
-    Prepared, Row, Sampler, Settings, SharedPaths, Surroundings, TABLE,
+    CameraModel, Constant, Directions, EnvironmentKind, Estimator, Integrator, KernelKey, KeyError, Origin, Part,
+    Parts, PathReuse, PointSet, Prepared, Row, Sampler, Settings, TABLE,
 };
 use surelight_scene::{Camera, ClipRange, LoadOptions, Scene};
 
@@ -27,7 +27,8 @@ pub fn key_of(names: &[&str]) -> Result<KernelKey, KeyError> {
     }
 }
 
-/// Keys with as many parts as can be together: each choice has its turn, and meets most of the others.
+/// Keys with as many parts as can be together: each choice has its turn, and is combined with most
+/// of the others.
 pub fn everything() -> Vec<KernelKey> {
     fn turn<T: Copy>(all: &[T], k: usize) -> T {
         all[k % all.len()]
@@ -38,13 +39,13 @@ pub fn everything() -> Vec<KernelKey> {
         let key = |parts| {
             KernelKey::new(
                 turn(&Estimator::ALL, k),
-                turn(&Points::ALL, k + round),
+                turn(&PointSet::ALL, k + round),
                 turn(&CameraModel::ALL, k + 2 * round),
-                turn(&Surroundings::ALL, k),
+                turn(&EnvironmentKind::ALL, k),
                 parts,
             )
         };
-        // What a part needs one of comes before it.
+        // A part follows one of its alternative requirements.
         let order = [Part::PunctualLights, Part::BaseColorTexture].into_iter().chain(TABLE.iter().map(|row| row.part));
         let others = order.filter(|part| !Parts::CHOICES.has(*part));
         let parts = others.fold(
@@ -60,7 +61,7 @@ pub fn everything() -> Vec<KernelKey> {
     keys
 }
 
-/// Whether a scene cannot bring the part into its kernel: the device, the settings or a choice does.
+/// Whether the device, the settings or a choice adds the part to a kernel, and not the scene.
 pub fn is_chosen_elsewhere(row: &Row) -> bool {
     matches!(row.origin, Origin::Settings | Origin::Device)
         || Parts::CHOICES.has(row.part)
@@ -120,7 +121,7 @@ pub fn shipped() -> Vec<(KernelKey, Vec<String>)> {
             (" --integrator caustics", Settings { integrator: Integrator::Caustics, ..plain.clone() }),
             (" --integrator whitted", Settings { integrator: Integrator::Whitted, ..plain.clone() }),
             (" --sampler stratified", Settings { sampler: Sampler::Stratified, ..plain.clone() }),
-            (" --shared-paths on", Settings { shared_paths: SharedPaths::On, ..plain }),
+            (" --shared-paths on", Settings { path_reuse: PathReuse::On, ..plain }),
         ];
         let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
         // A slab that cuts something of most scenes.
@@ -134,7 +135,7 @@ pub fn shipped() -> Vec<(KernelKey, Vec<String>)> {
             (" with clipping planes", Settings::new(8, 8), &clipped),
             (
                 " with clipping planes --shared-paths on",
-                Settings { shared_paths: SharedPaths::On, ..Settings::new(8, 8) },
+                Settings { path_reuse: PathReuse::On, ..Settings::new(8, 8) },
                 &clipped,
             ),
         ]);

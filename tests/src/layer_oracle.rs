@@ -1,4 +1,5 @@
-//! Thin films, sheen and clear coats in f64, from the extensions' texts: KHR_materials_iridescence, _sheen and _clearcoat.
+//! Thin films, sheen and clear coats in f64, from the extensions' texts: KHR_materials_iridescence,
+//! _sheen and _clearcoat.
 
 use std::f64::consts::{PI, TAU};
 
@@ -100,8 +101,8 @@ pub struct Layered {
 impl Layered {
     /// For one material.
     pub fn new(material: &Material) -> Self {
-        let fibrous = material.sheen_color.iter().any(|&c| c > 0.0);
-        let n = if fibrous { 400 } else { 0 };
+        let with_sheen = material.sheen_color.iter().any(|&c| c > 0.0);
+        let n = if with_sheen { 400 } else { 0 };
         let alpha = f64::from(material.sheen_alpha);
         let albedos = (0..n).map(|k| sheen_albedo(alpha, (f64::from(k) / 399.0).powi(2), 96)).collect();
         Self { material: *material, albedos }
@@ -150,7 +151,8 @@ impl Layered {
         value
     }
 
-    /// What is scattered of uniform light into the upper and the lower hemisphere, by the midpoint rule: for broad lobes.
+    /// Uniform light scattered into the upper and the lower hemisphere, by the midpoint rule: for
+    /// broad lobes.
     pub fn albedos(&self, n: usize) -> [DVec3; 2] {
         let mut sums = [DVec3::ZERO; 2];
         for a in 0..n {

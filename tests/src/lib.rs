@@ -17,5 +17,5 @@ pub mod sampler;
 pub mod scenes;
 pub mod seeds;
 pub mod sphere;
-pub mod walk;
+pub mod traversal;
 pub mod welch;

@@ -11,23 +11,23 @@ use crate::{random::Random, render::device};
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Query {
-    /// Where light is asked for, or the direction that is looked up.
+    /// The receiving point, or the direction to evaluate.
     pub position: [f32; 3],
     /// 32 uniform bits.
     pub choice: u32,
     /// Uniform in [0, 1).
     pub u: [f32; 2],
-    /// Number of the light whose probability is asked for.
+    /// Number of the light whose probability is queried.
     pub light: u32,
-    /// 1: light from behind the surface counts, too.
+    /// 1: light from behind the surface contributes, too.
     pub both_sides: u32,
-    /// Of the surface that asks, unit; only a light tree looks at it.
+    /// Of the receiving surface, unit; only a light tree uses it.
     pub normal: [f32; 3],
     /// α of its microfacets.
     pub alpha: f32,
-    /// Unit, towards where it is seen from.
+    /// Unit, towards the viewer.
     pub viewer: [f32; 3],
-    /// What its microfacets scatter of all that it does.
+    /// The share of its microfacets in all scattering.
     pub share: f32,
 }
 
@@ -57,7 +57,7 @@ pub struct Sample {
     pub distance: f32,
     /// A point on the light.
     pub target: [f32; 3],
-    /// What BSDF sampling would be told for the direction.
+    /// The light pdf for a direction of BSDF sampling.
     pub other_pdf: f32,
 }
 

@@ -1,7 +1,8 @@
 //! A path tracer in f64 on the CPU, for diffuse scenes: shares no code with the renderer.
 //!
-//! The area form of the rendering equation: at each vertex a point on a lamp, chosen by area, is looked at; what a path meets counts
-//! from the camera alone. Rays are tested against every triangle (Möller & Trumbore 1997). Random numbers are SplitMix64's.
+//! The area form of the rendering equation: at each vertex a point on a lamp, chosen by area, is
+//! connected; emission is added at the camera's first hit alone. Rays are tested against every
+//! triangle (Möller & Trumbore 1997). Random numbers are SplitMix64's.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,10 +29,10 @@ struct Triangle {
     two_sided: bool,
 }
 
-/// A scene of Lambertian surfaces that shine or reflect, seen by a pinhole.
+/// A scene of Lambertian surfaces that emit or reflect, with a pinhole camera.
 pub struct PathOracle {
     triangles: Vec<Triangle>,
-    /// Indices of what shines, each with the sum of areas up to it.
+    /// Indices of emitters, each with the sum of areas up to it.
     lamps: Vec<(usize, f64)>,
     eye: DVec3,
     /// Right, up and forwards; the sides as long as half the picture at distance 1.
@@ -77,7 +78,7 @@ impl PathOracle {
     }
 
     /// The nearest triangle before `t_max`, and its distance.
-    fn meet(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<(f64, &Triangle)> {
+    fn closest(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<(f64, &Triangle)> {
         let mut best = (t_max, None);
         for triangle in &self.triangles {
             let p = d.cross(triangle.e2);
@@ -108,7 +109,7 @@ impl PathOracle {
         if cos_x <= 0.0 || (cos_y <= 0.0 && !lamp.two_sided) {
             return DVec3::ZERO;
         }
-        match self.meet(x, d, distance * (1.0 - 1e-9)) {
+        match self.closest(x, d, distance * (1.0 - 1e-9)) {
             Some(_) => DVec3::ZERO,
             None => lamp.emission * (cos_x * cos_y.abs() * total / (PI * distance * distance)),
         }
@@ -118,7 +119,7 @@ impl PathOracle {
     fn sample(&self, mut o: DVec3, mut d: DVec3, random: &mut Random) -> DVec3 {
         let (mut radiance, mut throughput) = (DVec3::ZERO, DVec3::ONE);
         for bounce in 0.. {
-            let Some((t, triangle)) = self.meet(o, d, f64::INFINITY) else { break };
+            let Some((t, triangle)) = self.closest(o, d, f64::INFINITY) else { break };
             let front = triangle.normal.dot(d) < 0.0;
             if bounce == 0 && (front || triangle.two_sided) {
                 radiance += triangle.emission;
@@ -146,7 +147,8 @@ impl PathOracle {
         radiance
     }
 
-    /// A picture of independent batches. A batch is a sample in each of `cells`² parts of the pixel.
+    /// A picture of independent batches. A batch is a sample in each of `cells`² parts of the
+    /// pixel.
     pub fn render(&self, size: [u32; 2], batches: u32, cells: u32, seed: u64) -> Film {
         let mut film = Film::new(size[0], size[1]);
         let count = size[0] * size[1];
@@ -155,7 +157,8 @@ impl PathOracle {
             let mut sums = Vec::with_capacity(pixels.len());
             for &pixel in &pixels {
                 let key = (u64::from(batch) * u64::from(count) + u64::from(pixel)) ^ (seed << 40);
-                // Twice, since neighbouring seeds of SplitMix64 give shifted copies of one sequence.
+                // Twice, since neighbouring seeds of SplitMix64 give shifted copies of one
+                // sequence.
                 let mut random = Random::new(Random::new(key).bits());
                 let (mut sum, mut largest, mut squares) = (DVec3::ZERO, 0.0_f64, 0.0);
                 for k in 0..cells * cells {

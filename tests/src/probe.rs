@@ -1,6 +1,7 @@
 //! Runs an entry point of a test-only shader module on the device: buffers in, one buffer out.
 //!
-//! The module is composed exactly as the product composes its kernels, so what it includes is what ships.
+//! The module is composed exactly as the product composes its kernels, so it includes the shipped
+//! code.
 
 use std::sync::OnceLock;
 
@@ -9,8 +10,8 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// An entry point, compiled for one key.
 ///
-/// The module binds its inputs as read-only storage buffers at group 0, bindings 0, 1, …, and one result buffer after them.
-/// Lanes are `global_invocation_id.x`, 64 to a workgroup.
+/// The module binds its inputs as read-only storage buffers at group 0, bindings 0, 1, …, and one
+/// result buffer after them. Lanes are `global_invocation_id.x`, 64 to a workgroup.
 pub struct Probe {
     pipeline: wgpu::ComputePipeline,
 }
@@ -64,12 +65,13 @@ impl Probe {
         Self { pipeline }
     }
 
-    /// Runs at least `lanes` lanes over the inputs; returns the result buffer of `results` elements, zero where not written.
+    /// Runs at least `lanes` lanes over the inputs; returns the result buffer of `results`
+    /// elements, zero where not written.
     pub fn run<T: bytemuck::Pod>(&self, inputs: &[&[u8]], lanes: usize, results: usize) -> Vec<T> {
         self.run_with(inputs, &[], lanes, results)
     }
 
-    /// Likewise, with inputs more at bindings of their own.
+    /// Runs with more inputs at separate bindings.
     pub fn run_with<T: bytemuck::Pod>(
         &self,
         inputs: &[&[u8]],

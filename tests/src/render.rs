@@ -21,7 +21,7 @@ pub fn device() -> &'static Device {
     })
 }
 
-/// The scene seen by its first camera.
+/// The scene with its first camera.
 pub fn prepare(scene: &Scene, settings: &Settings) -> Prepared {
     Prepared::new(scene, &scene.cameras[0], settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name))
 }
@@ -42,7 +42,8 @@ pub fn render(scene: &Scene, settings: &Settings, batches: u32, samples: u32) ->
 
 /// Mean over some pixels, in one channel.
 ///
-/// Pixels have independent samples, so that their variances add up. Their many degrees of freedom make it a known variance.
+/// Pixels have independent samples, so that their variances add up. Their many degrees of freedom
+/// make it a known variance.
 pub fn pooled(film: &Film, channel: usize, pixels: impl Iterator<Item = usize>) -> Estimate {
     let (mut n, mut sum, mut variance, mut dof) = (0.0, 0.0, 0.0, 0.0);
     for i in pixels {
@@ -59,14 +60,16 @@ pub fn all(film: &Film) -> std::ops::Range<usize> {
     0..film.pixels().len()
 }
 
-/// Judges means of pictures against what is known of them: z tests at level [`ALPHA`] over all pictures and channels.
+/// Tests means of pictures against known values: z tests at level [`ALPHA`] over all pictures and
+/// channels.
 #[derive(Clone, Copy, Debug)]
 pub struct Judge {
-    /// The largest relative bias that may go unseen 1 time in 10; a test that is blinder than this fails.
+    /// The largest relative bias that may go unseen 1 time in 10; a test that is blinder than this
+    /// fails.
     pub power: f64,
     /// Pictures that are judged in all; levels are Šidák's.
     pub pictures: usize,
-    /// Relative error of the truth and of sums in f32: what cannot be told apart.
+    /// Relative error of the truth and of sums in f32, below which values are equal.
     pub resolution: f64,
 }
 
@@ -83,7 +86,7 @@ impl Judge {
 
     /// Holds the mean over all pixels against the truth in each channel.
     ///
-    /// Prints the smallest relative bias that it would have seen 9 times in 10.
+    /// Prints the smallest relative bias that it would have detected 9 times in 10.
     pub fn mean(&self, name: &str, film: &Film, truth: [f64; 3]) {
         let level = sidak_level(ALPHA, 3 * self.pictures);
         for (c, truth) in truth.into_iter().enumerate() {
@@ -92,13 +95,13 @@ impl Judge {
             let test = z_test(mean.mean, error, truth, level);
             let detectable = test.detectable / truth;
             println!(
-                "{name}, channel {c}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would be seen",
+                "{name}, channel {c}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would be detected",
                 mean.mean,
                 test.z,
                 100.0 * detectable
             );
             let power = self.power;
-            assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be seen, not {power:.1e}");
+            assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be detected, not {power:.1e}");
             assert!(test.p > level, "{name}: {} ± {error:.1e} instead of {truth}, z = {:.2}", mean.mean, test.z);
         }
     }

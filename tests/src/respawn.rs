@@ -1,4 +1,5 @@
-//! The respawn probe: paths through rooms, traced by the shipped walk and vertex on the device and told ray by ray.
+//! The respawn probe: paths through rooms, traced by the shipped traversal and vertex on the device
+//! and recorded ray by ray.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -21,14 +22,14 @@ pub struct Step {
     pub t: f32,
     /// Unit; zero where the path had ended.
     pub direction: [f32; 3],
-    /// The triangle that it meets: `u32::MAX` for none.
+    /// The triangle that it hits: `u32::MAX` for none.
     pub triangle: u32,
 }
 
 const SIDE: u32 = 128;
 const STEPS: usize = 8;
 
-/// The paths of a picture of 128 × 128 pixels, one a pixel, up to eight rays each.
+/// The paths of a picture of 128 × 128 pixels, one per pixel, up to eight rays each.
 pub fn paths(scene: &Scene, instancing: Instancing, seed: u32) -> Vec<Vec<Step>> {
     let build = BuildOptions { instancing, ..BuildOptions::default() };
     let integrator = Integrator::Hemisphere(Directions::Bsdf);
@@ -41,7 +42,7 @@ pub fn paths(scene: &Scene, instancing: Instancing, seed: u32) -> Vec<Vec<Step>>
     steps.chunks_exact(STEPS).map(path).collect()
 }
 
-/// A closed shape seen from inside.
+/// A closed shape viewed from inside.
 pub fn room(shape: Shape, eye: DVec3) -> Scene {
     let mut scene = Scene::default();
     add(&mut scene, shape.turned_over(), lambert([0.95; 3]));
@@ -49,25 +50,27 @@ pub fn room(shape: Shape, eye: DVec3) -> Scene {
     scene
 }
 
-/// Traces four pictures' paths through a closed room and says what is wrong with them; `size`: of the room.
+/// Traces four pictures' paths through a closed room and reports errors; `size`: of the room.
 pub fn check(name: &str, scene: &Scene, instancing: Instancing, size: f32) -> Option<String> {
-    let (mut rays, mut escaped, mut met_itself) = (0, 0, 0);
+    let (mut rays, mut escaped, mut self_hits) = (0, 0, 0);
     for path in (0..4).flat_map(|seed| paths(scene, instancing, seed)) {
         for (k, step) in path.iter().enumerate() {
             rays += 1;
             escaped += usize::from(step.triangle == u32::MAX);
-            // A distance at which rays between walls are too rare to count: only a wall itself is so near.
-            met_itself += usize::from(k > 0 && step.triangle == path[k - 1].triangle && step.t < 1e-4 * size);
+            // A distance at which rays between walls are too rare to matter: only a wall itself is
+            // so near.
+            self_hits += usize::from(k > 0 && step.triangle == path[k - 1].triangle && step.t < 1e-4 * size);
         }
     }
-    println!("{name}: {rays} rays, {escaped} escape, {met_itself} meet the wall that they leave");
+    println!("{name}: {rays} rays, {escaped} escape, {self_hits} hit the wall that they leave");
     let paths_are_whole = rays > 400_000;
-    let ok = paths_are_whole && escaped <= MOST_ESCAPES && met_itself == 0;
-    (!ok).then(|| format!("{name}: of {rays} rays {escaped} escape and {met_itself} meet the wall that they leave"))
+    let ok = paths_are_whole && escaped <= MAX_ESCAPES && self_hits == 0;
+    (!ok).then(|| format!("{name}: of {rays} rays {escaped} escape and {self_hits} hit the wall that they leave"))
 }
 
-/// Of half a million rays. A ray that starts in the very edge between two walls, nearer than its offset to the other, is beyond it.
-const MOST_ESCAPES: usize = 2;
+/// Of half a million rays. A ray that starts in the very edge between two walls, nearer than its
+/// offset to the other, is beyond it.
+const MAX_ESCAPES: usize = 2;
 
 /// No check has failed.
 pub fn assert_none(failures: impl IntoIterator<Item = Option<String>>) {

@@ -26,7 +26,7 @@ pub struct Query {
     pub unused: u32,
 }
 
-/// What the kernel makes of a query.
+/// The kernel's answer to a query.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Point {
@@ -49,7 +49,7 @@ impl Point {
 pub const SAMPLERS: [(&str, &[&str]); 3] =
     [("Sobol", &[]), ("independent", &["sampler_independent"]), ("stratified", &["sampler_stratified"])];
 
-/// Asks the sampler that these parts choose.
+/// Queries the sampler that these parts choose.
 pub fn sample(names: &[&str], queries: &[Query]) -> Vec<Point> {
     let probe = Probe::new("package::probe::sampler", "probe_sampler", &key(names), &[]);
     let chunks = queries.chunks(1 << 20);

@@ -34,7 +34,7 @@ pub fn emitter(radiance: [f32; 3]) -> Material {
     Material { emissive: radiance, double_sided: false, ..lambert([0.0; 3]) }
 }
 
-/// Adds a shape of its own material, where its vertices say.
+/// Adds a shape with its own material, placed by the identity.
 pub fn add(scene: &mut Scene, shape: Shape, material: Material) {
     scene.materials.push(material);
     scene.meshes.push(shape.bare().into_mesh("", scene.materials.len() - 1, false));
@@ -60,10 +60,12 @@ pub fn pinhole(to_world: DAffine3, yfov: f64) -> Camera {
     Camera { name: String::new(), to_world, projection, clip: ClipRange::NONE }
 }
 
-/// The scene with one more object that needs every feature that a kernel can have, and lights of every kind.
+/// The scene with one more object that needs every feature that a kernel can have, and lights of
+/// every kind.
 ///
-/// The object is a millimetre large and stands far above the camera's view; its lights are 1e-12 of the scene's. The picture is
-/// the same; its kernel is the general one. Projection and settings (lens, clamp) are left to the caller.
+/// The object is a millimetre large and far above the camera's view; its lights are 1e-12 of the
+/// scene's. The picture is the same; its kernel is the general one. Projection and settings (lens,
+/// clamp) are left to the caller.
 pub fn with_everything(mut scene: Scene) -> Scene {
     let bounds = scene.bounds().expect("the scene has triangles");
     let size = (bounds.1 - bounds.0).length();
@@ -133,7 +135,7 @@ pub fn with_everything(mut scene: Scene) -> Scene {
         let translation = at + DVec3::X * f64::from(k) * 1.5e-3 * size;
         scene.instances.push(Instance { mesh: sphere, to_world: DAffine3 { matrix3, translation } });
     }
-    // Instances begin where copies would come to a million triangles.
+    // Instances begin where copies would have a million triangles.
     let crowd = Shape::uv_sphere(8, 12).into_mesh("crowd", general + 1, true);
     let count = (1 << 20) / crowd.triangles.len() + 1;
     scene.meshes.push(crowd);

@@ -1,8 +1,9 @@
 //! A partition of the sphere whose cells follow a density: for χ² tests of direction samplers.
 //!
-//! Cells are rectangles in (φ, v), where v is sqrt(1 − cosθ) above the horizon and 2 − sqrt(1 + cosθ) below: next to both poles and
-//! to the horizon, f32 directions keep their precision in it. A cell splits in four until it holds little of the mass and its
-//! integral has settled, so a lobe a thousandth of a radian wide gets as many cells as a broad one.
+//! Cells are rectangles in (φ, v), where v is sqrt(1 − cosθ) above the horizon and 2 − sqrt(1 +
+//! cosθ) below: next to both poles and to the horizon, f32 directions keep their precision in it. A
+//! cell splits in four until it holds little of the mass and its integral has settled, so a lobe a
+//! thousandth of a radian wide gets as many cells as a broad one.
 
 use std::f64::consts::{PI, TAU};
 
@@ -88,8 +89,9 @@ fn from_coordinates([phi, v]: [f64; 2]) -> [f32; 3] {
 impl SphereCells {
     /// Integrates a density over solid angle, given for many directions at a time.
     ///
-    /// Cells around `peaks` are split until their sides are below `width` (radians), so that no narrow lobe there is missed; no
-    /// cell straddles the plane z = `edge` or the horizon, where the density may jump.
+    /// Cells around `peaks` are split until their sides are below `width` (radians), so that no
+    /// narrow lobe there is missed; no cell straddles the plane z = `edge` or the horizon, where
+    /// the density may jump.
     pub fn new(peaks: &[[f32; 3]], width: f64, edge: f64, mut density: impl FnMut(&[[f32; 3]]) -> Vec<f64>) -> Self {
         let peaks: Vec<_> = peaks.iter().map(|&p| coordinates(p)).collect();
         let mut bounds = [0.0, 1.0, latitude(edge), 2.0];
@@ -147,8 +149,8 @@ impl SphereCells {
         self.leaves().map(|(_, c)| c.mass).sum()
     }
 
-    /// Observed and expected counts, a cell each, of `samples` draws of which `directions` came out as directions; the last cell
-    /// holds the draws that did not.
+    /// Observed and expected counts, one cell each, of `samples` draws of which `directions` gave
+    /// directions; the last cell holds the draws that did not.
     pub fn counts(&self, directions: impl Iterator<Item = [f32; 3]>, samples: usize) -> (Vec<u64>, Vec<f64>) {
         let mut observed = vec![0_u64; self.cells.len()];
         let mut inside = 0;
@@ -166,7 +168,8 @@ impl SphereCells {
         }
         let n = samples as f64;
         let mut counts: Vec<u64> = self.leaves().map(|(i, _)| observed[i]).collect();
-        // No cell is certainly empty: quadrature may have missed a corner of it. What falls there counts in the pool of small cells.
+        // No cell is certainly empty: quadrature may have missed a corner of it. Samples there are
+        // added to the pool of small cells.
         let mut expected: Vec<f64> = self.leaves().map(|(_, c)| n * c.mass.max(1e-12)).collect();
         counts.push(samples as u64 - inside);
         expected.push(n * (1.0 - self.mass()).max(1e-12));

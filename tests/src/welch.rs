@@ -1,23 +1,26 @@
-//! Two renders of the same picture, compared without knowing the truth (Jung, Hanika & Dachsbacher, JCGT 9(2) 2020).
+//! Two renders of the same picture, compared without knowing the truth (Jung, Hanika & Dachsbacher,
+//! JCGT 9(2) 2020).
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, uniformity_test, welch_test};
 use surelight_film::Film;
 
 use crate::render::{ALPHA, all, pooled};
 
-/// What is asked of a comparison.
+/// Requirements of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Comparison {
     /// The largest relative difference of the means that may go unseen 1 time in 10.
     pub power: f64,
     /// Comparisons in all; levels are Šidák's.
     pub pictures: usize,
-    /// Whether pixels' p-values must be uniform too: where pixels are too heavy-tailed for Student's t, they are not.
+    /// Whether pixels' p-values must be uniform too: where pixels are too heavy-tailed for
+    /// Student's t, they are not.
     pub pixels: bool,
 }
 
 impl Comparison {
-    /// Welch's test of the means of all pixels, channel by channel, then of the distribution of pixels' p-values (green).
+    /// Welch's test of the means of all pixels, channel by channel, then of the distribution of
+    /// pixels' p-values (green).
     pub fn assert_equal(&self, name: &str, a: &Film, b: &Film) {
         let level = sidak_level(ALPHA, 4 * self.pictures);
         for c in 0..3 {
@@ -25,13 +28,13 @@ impl Comparison {
             let mean = pooled(a, c, all(a)).mean;
             let detectable = detectable_bias(test.standard_error, level, 0.9) / mean;
             println!(
-                "{name}, channel {c}: differ by {:+.3} % ± {:.3} %, p {:.3}; {:.2} % would be seen",
+                "{name}, channel {c}: differ by {:+.3} % ± {:.3} %, p {:.3}; {:.2} % would be detected",
                 100.0 * test.difference / mean,
                 100.0 * test.standard_error / mean,
                 test.p,
                 100.0 * detectable
             );
-            assert!(detectable <= self.power, "{name}: only a difference of {detectable:.1e} could be seen");
+            assert!(detectable <= self.power, "{name}: only a difference of {detectable:.1e} could be detected");
             assert!(
                 test.p > level,
                 "{name}: means differ by {:+.1e} of themselves, p = {:.1e}",
@@ -43,7 +46,7 @@ impl Comparison {
             let p: Vec<_> = all(a).filter_map(|i| Some(welch_test(&pixel(a, i)?, &pixel(b, i)?).p)).collect();
             let test = uniformity_test(&p);
             println!("{name}: p-values of {} pixels are uniform with p {:.3}", p.len(), test.p);
-            assert!(p.len() > 200, "{name}: hardly any pixel varies");
+            assert!(p.len() > 200, "{name}: few pixels vary");
             assert!(test.p > level, "{name}: p-values of pixels are not uniform, p = {:.1e}", test.p);
         }
     }

@@ -1,5 +1,6 @@
-//! Clear coats, sheen, grain, thin films and diffuse transmission, as the BSDF module computes them on the device: values by the
-//! extensions' formulas in f64, samples by their pdf, light conserved, and nothing changed where a layer is not.
+//! Clear coats, sheen, anisotropy, thin films and diffuse transmission, as the BSDF module computes
+//! them on the device: values by the extensions' formulas in f64, samples by their pdf, light
+//! conserved, and nothing changed where a layer is not.
 
 use std::sync::LazyLock;
 
@@ -24,9 +25,9 @@ fn materials(degrees: f64) -> Vec<(&'static str, Material)> {
     vec![
         ("coated dielectric", brown(Material::dielectric(0.3, degrees)).coated(0.1)),
         ("coated metal", brown(Material::metal(0.6, degrees)).coated(0.5)),
-        ("sheen over Lambert", brown(Material::lambert(degrees)).fibrous(0.3)),
-        ("sharp sheen over black", black(degrees).fibrous(0.02)),
-        ("sheen over a dielectric", brown(Material::dielectric(0.4, degrees)).fibrous(1.0)),
+        ("sheen over Lambert", brown(Material::lambert(degrees)).with_sheen(0.3)),
+        ("sharp sheen over black", black(degrees).with_sheen(0.02)),
+        ("sheen over a dielectric", brown(Material::dielectric(0.4, degrees)).with_sheen(1.0)),
         ("brushed metal", brown(Material::metal(0.1, degrees)).brushed(0.6)),
         ("brushed glass", Material::glass(0.2, degrees).brushed(0.5)),
         ("film on a dielectric", brown(Material::dielectric(0.3, degrees)).filmed(300.0)),
@@ -39,9 +40,9 @@ fn materials(degrees: f64) -> Vec<(&'static str, Material)> {
         ("partly glass", Material::medley(0.3, degrees).translucent(0.5)),
         (
             "everything",
-            Material::medley(0.3, degrees).translucent(0.5).fibrous(0.3).coated(0.2).filmed(250.0).brushed(0.5),
+            Material::medley(0.3, degrees).translucent(0.5).with_sheen(0.3).coated(0.2).filmed(250.0).brushed(0.5),
         ),
-        ("everything thin", Material::thin(0.3, degrees).translucent(0.5).fibrous(0.3).coated(0.3).filmed(250.0)),
+        ("everything thin", Material::thin(0.3, degrees).translucent(0.5).with_sheen(0.3).coated(0.3).filmed(250.0)),
     ]
 }
 
@@ -88,7 +89,10 @@ fn samples_follow_the_pdf() {
         all.extend(materials(degrees).into_iter().skip(skipped).step_by(2));
         // Deltas beside broad lobes.
         all.push(("smooth coat", Material::dielectric(0.3, degrees).coated(0.0)));
-        all.push(("smooth base, coated and fibrous", Material::dielectric(0.0, degrees).fibrous(0.3).coated(0.1)));
+        all.push((
+            "smooth base, coated and with sheen",
+            Material::dielectric(0.0, degrees).with_sheen(0.3).coated(0.1),
+        ));
     }
     let level = sidak_level(ALPHA, all.len());
     let mut failures = Vec::new();
@@ -101,7 +105,7 @@ fn samples_follow_the_pdf() {
         }
     }
     assert!(failures.is_empty(), "at level {level:.1e}:\n{}", failures.join("\n"));
-    // A coat's α that is 3 % off would be seen.
+    // A coat's α that is 3 % off would be detected.
     let m = black(60.0).coated(0.2);
     let wrong = Material { coat_alpha: 0.206, ..m };
     let p = chi2::outcome(&PROBE, &m, &wrong, 200_000, 6000).p;
@@ -149,15 +153,15 @@ fn weights_are_value_over_pdf_and_finite() {
 fn sampled(m: &Material, seed: u64) -> [(f64, f64); 2] {
     let mut moments = [Moments::default(), Moments::default()];
     for s in PROBE.sample(m, &uniforms(100_000, seed)) {
-        let worth = if s.is_valid() { f64::from(s.weight[1]) } else { 0.0 };
+        let weight = if s.is_valid() { f64::from(s.weight[1]) } else { 0.0 };
         let above = s.wi[2] > 0.0;
-        moments[0].push(if above { worth } else { 0.0 });
-        moments[1].push(if above { 0.0 } else { worth });
+        moments[0].push(if above { weight } else { 0.0 });
+        moments[1].push(if above { 0.0 } else { weight });
     }
     moments.map(|m| (m.mean(), m.variance_of_mean().sqrt()))
 }
 
-/// What samples bring of uniform light is the integral of the formula, above and below.
+/// The mean weight of samples under uniform light is the integral of the formula, above and below.
 #[test]
 fn albedos_are_the_integrals() {
     let all: Vec<_> = [20.0, 60.0].into_iter().flat_map(materials).collect();
@@ -173,11 +177,11 @@ fn albedos_are_the_integrals() {
             power = power.max(test.detectable / exact[k].y.max(0.1));
         }
     }
-    println!("a relative bias of {power:.1e} would have been seen");
+    println!("a relative bias of {power:.1e} would have been detected");
     assert!(power < 0.1, "blind to {power}");
 }
 
-/// Layers over white that loses nothing return at most what arrives, for any α and from any direction.
+/// Layers over lossless white return at most the incident light, for any α and from any direction.
 #[test]
 fn layers_gain_no_light() {
     let mut largest = (0.0, String::new());
@@ -186,11 +190,11 @@ fn layers_gain_no_light() {
         let fully = |m: Material| Material { coat: 1.0, ..m };
         let mut all = Vec::new();
         for alpha in [0.0, 0.01, 0.02, 0.04, 0.1, 0.3, 0.6, 1.0] {
-            let velvet = Material { sheen_color: [1.0; 3], ..white.fibrous(alpha) };
+            let velvet = Material { sheen_color: [1.0; 3], ..white.with_sheen(alpha) };
             all.push((format!("sheen {alpha}"), velvet));
             all.push((
                 format!("sheen {alpha} over black"),
-                Material { sheen_color: [1.0; 3], ..black(degrees).fibrous(alpha) },
+                Material { sheen_color: [1.0; 3], ..black(degrees).with_sheen(alpha) },
             ));
             all.push((format!("coat {alpha}"), fully(white.coated(alpha))));
             all.push((format!("coat {alpha} over sheen"), fully(velvet.coated(alpha))));
@@ -227,7 +231,7 @@ fn layers_of_factor_0_are_none() {
     ] {
         let none = [
             ("coat", Material { coat: 0.0, ..base.coated(0.1) }),
-            ("sheen", Material { sheen_color: [0.0; 3], ..base.fibrous(0.3) }),
+            ("sheen", Material { sheen_color: [0.0; 3], ..base.with_sheen(0.3) }),
             ("film", Material { film: 0.0, ..base.filmed(300.0) }),
             ("leaf", base.translucent(0.0)),
         ];
@@ -270,8 +274,8 @@ fn diffuse_transmission_splits_light_as_stated() {
     assert!(ea < 5e-3 && eb < 5e-3);
 }
 
-/// Smooth dispersive glass: a refracted sample serves one channel and goes its way by Snell's law; over all samples each channel
-/// keeps all of its light.
+/// Smooth dispersive glass: a refracted sample is of one channel and follows its Snell's law; over
+/// all samples each channel keeps all of its light.
 #[test]
 fn each_colour_goes_its_own_way() {
     for m in [Material::glass(0.0, 60.0).dispersive(0.1), Material::glass_within(0.0, 30.0).dispersive(0.1)] {
@@ -289,8 +293,8 @@ fn each_colour_goes_its_own_way() {
                 served[alone[0]] += 1;
             }
             for (c, channel) in moments.iter_mut().enumerate() {
-                let squeeze = if through { m.eta_of(c).powi(2) } else { 1.0 };
-                channel.push(f64::from(s.weight[c] * squeeze));
+                let radiance_scale = if through { m.eta_of(c).powi(2) } else { 1.0 };
+                channel.push(f64::from(s.weight[c] * radiance_scale));
             }
         }
         assert!(served.iter().all(|&n| n > 1000), "{m:?}: {served:?}");
@@ -301,7 +305,7 @@ fn each_colour_goes_its_own_way() {
     }
 }
 
-/// Glass without dispersion in a kernel that has it: the values are those of a kernel that has not.
+/// Glass without dispersion in a kernel that has it: the values are those of a kernel without it.
 #[test]
 fn no_spread_is_no_dispersion() {
     let plain = BsdfProbe::full();
@@ -341,7 +345,7 @@ fn reciprocity() {
             if wo.z < 0.05 || wi.z.abs() < 0.05 {
                 continue;
             }
-            // Seen from the other side, up is down.
+            // From the other side, up is down.
             let flip = Vec3::new(1.0, 1.0, wi.z.signum());
             there.push(Material { wo: wo.into(), ..kind });
             wis.push(wi.into());

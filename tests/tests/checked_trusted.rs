@@ -1,6 +1,7 @@
-//! The kernel without bounds checks gives the same bits as the kernel with all of WebGPU's: it never reads or writes where it
-//! should not, and leaving the checks out has not changed what is computed. Nor does it matter whether the kernel was compiled while the BVH
-//! was built, or whether what it was made from had been guessed right.
+//! The kernel without bounds checks gives the same bits as the kernel with all of WebGPU's: it
+//! never reads or writes out of bounds, and leaving the checks out does not change the results. Nor
+//! does it matter whether the kernel was compiled while the BVH was built, or whether its inputs
+//! were predicted correctly.
 
 use surelight_film::Film;
 use surelight_prepare::{Blueprint, Directions, Integrator, Prepared, Settings};
@@ -60,7 +61,7 @@ fn skies() {
     check(&scene, &Settings::new(SIZE[0], SIZE[1]));
 }
 
-/// A kernel's blueprint as it is known before the BVH, and what it came to.
+/// A kernel's predicted blueprint before the BVH, and the final one.
 fn blueprints(scene: &Scene, settings: &Settings) -> [Blueprint; 2] {
     let (prepared, expected) = Prepared::with_work(scene, &scene.cameras[0], settings, Blueprint::clone)
         .unwrap_or_else(|e| panic!("{}: {e}", scene.name));

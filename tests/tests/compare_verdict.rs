@@ -1,5 +1,5 @@
 //! `compare`'s verdict on renders of one scene by different methods: false alarms are as rare as
-//! promised where light comes by rare, bright samples, and biases are found all the same.
+//! promised where light arrives in rare, bright samples, and biases are found nevertheless.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ fn settings(integrator: Integrator, seed: u32) -> Settings {
     Settings { integrator, seed, ..Settings::new(SIDE, SIDE) }
 }
 
-/// Renders with as many samples a batch, as files hold them, one after another by one renderer.
+/// Renders with equal samples per batch, as files hold them, one after another by one renderer.
 ///
 /// Batches of one seed are scrambled independently (`torture_accumulation` tests that), so that
 /// renders of other batches are as independent as those of other seeds, without a kernel for each.
@@ -89,7 +89,7 @@ fn glass() -> Scene {
     scene
 }
 
-/// A grey sky with one bright texel of 32,768: two or three directions a tile meet it.
+/// A grey sky with one bright texel of 32,768: two or three directions per tile hit it.
 fn texel() -> Scene {
     let mut scene = ball("one texel", Material { roughness: 0.3, ..Material::default() });
     let texel = |x: u32, y: u32| if (x, y) == (80, 24) { [16000.0, 14000.0, 12000.0] } else { [0.3; 3] };
@@ -124,23 +124,23 @@ fn false_alarms_of_different_methods_are_as_rare_as_promised() {
                     without += usize::from(welch_differs(a, b));
                 }
             }
-            println!("{}, {name}: {found} differ ({without} without tails), {untold} cannot be told", scene.name);
+            println!("{}, {name}: {found} differ ({without} without tails), {untold} without a verdict", scene.name);
             alarms += found;
             welch += without;
             silent += untold;
         }
     }
-    println!("{alarms} false alarms in {pairs} pairs, {welch} without tails; {silent} pairs cannot be told");
+    println!("{alarms} false alarms in {pairs} pairs, {welch} without tails; {silent} pairs without a verdict");
     assert_eq!(pairs, 1000);
     assert!(alarms <= 10, "{alarms} false alarms");
     assert!(welch > 30, "the test cannot fail: without tails there are {welch} false alarms only");
     // By the hemisphere form the last scene and the one with the texel are lit by a handful of
     // samples: 200 pairs of which little can be said.
-    assert!(silent <= 250, "the verdict is numb: {silent} pairs cannot be told");
+    assert!(silent <= 250, "the verdict is numb: {silent} pairs without a verdict");
 }
 
 /// Gross differences and faint ones are found under lamps and by the methods that cause the alarms;
-/// where a handful of samples is all that one of them has of the light, nothing is told.
+/// where one of them has only a handful of samples of the light, there is no verdict.
 #[test]
 fn biases_are_found_where_tails_are_heavy() {
     let folder = tempfile::tempdir().unwrap();
@@ -150,7 +150,7 @@ fn biases_are_found_where_tails_are_heavy() {
         let of = |integrator, seed| renders(folder.path(), &scene, &settings(integrator, seed), 16, 1);
         let (a, b) = (&of(HEMISPHERE, 1)[0], &of(MIS, 2)[0]);
         let equal = verdict(a, b);
-        println!("{}: a bias of {:.2} % would be seen", scene.name, 100.0 * equal.detectable);
+        println!("{}: a bias of {:.2} % would be detected", scene.name, 100.0 * equal.detectable);
         assert_eq!(equal.outcome, outcome, "{}", scene.name);
 
         let dark = Settings { max_bounces: Some(0), ..settings(MIS, 3) };

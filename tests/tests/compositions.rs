@@ -1,18 +1,20 @@
-//! Every kernel that can be put together is valid: naga accepts each part with what it needs, every pair, what shipped
-//! scenes need, and as much as can be together. And what a scene lacks is not in its kernel.
+//! Every kernel that can be put together is valid: naga accepts each part with its requirements,
+//! every pair, the needs of shipped scenes, and as many parts as can be together. And features that
+//! a scene lacks are not in its kernel.
 
 use surelight_prepare::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
 use surelight_tests::kernel_keys::{constants, everything, key_of, shipped};
 
 /// Root modules of the kernels of this key.
 fn kernels(key: &KernelKey) -> [&'static str; 2] {
-    [path_kernel(key).0, "package::kernel::features"]
+    [path_kernel(key).0, "package::kernel::first_hit"]
 }
 
 /// The light tracing kernel.
-const EMIT: &str = "package::kernel::emit";
+const EMIT: &str = "package::kernel::light_tracing";
 
-/// Composes and validates the first `count` kernels, and that of light tracing where it belongs; the error names the parts.
+/// Composes and validates the first `count` kernels, and that of light tracing where it belongs;
+/// the error names the parts.
 fn check(count: usize, key: &KernelKey) -> Result<(), String> {
     let emit = key.has(Part::Caustics).then_some(EMIT);
     for root in kernels(key).into_iter().take(count).chain(emit) {
@@ -52,7 +54,7 @@ fn everything_at_once() {
     println!("{} keys", check_all(2, everything().into_iter()));
 }
 
-/// What each binding is for: a kernel has it when it has one of these parts, and only then.
+/// The purpose of each binding: a kernel has it when it has one of these parts, and only then.
 const BINDINGS: [(&str, &[&str]); 9] = [
     ("sheen_albedos", &["sheen"]),
     ("texture_uses", &["textures"]),
@@ -82,7 +84,7 @@ const ABSENT: [(&[&str], &str); 10] = [
 #[test]
 fn shipped_scenes_have_what_they_need_and_no_more() {
     let keys = shipped();
-    assert!(keys.len() > 10, "the scenes hardly differ");
+    assert!(keys.len() > 10, "the scenes differ too little");
     for (key, scenes) in &keys {
         check(2, key).unwrap_or_else(|e| panic!("{scenes:?}: {e}"));
         let shader = compose(kernels(key)[0], key, constants()).expect("it has just been composed");

@@ -1,12 +1,12 @@
-//! `mis` = `area` (= `hemisphere` where no light is without extent) on every scene of assets/: is there anything that a ray sees and
-//! light sampling does not?
+//! `mis` = `area` (= `hemisphere` where no light is without extent) on every scene of assets/: is
+//! there anything that a ray hits and light sampling does not find?
 
 use surelight_tests::differential::{Tally, compare_estimators};
 use surelight_tests::kernel_keys::asset_scenes;
 
 /// Scenes that are left out, each with the reason.
 const LEFT_OUT: [(&str, &str); 2] = [
-    ("coplanar-twins", "a lamp that is there twice in one place is sampled twice and met once: case 18"),
+    ("coplanar-twins", "a lamp that is there twice in one place is sampled twice and hit once: case 18"),
     ("nan-quarantine", "it has samples that are not finite: case 8"),
 ];
 
@@ -21,8 +21,8 @@ fn estimators_agree_on_every_scene_of_assets() {
         }
         compare_estimators(&scene.name, scene, 24, 16, 2 * scenes.len(), &mut tally);
     }
-    let Tally { told, open, failures } = &tally;
-    println!("{told} comparisons agree, {open} cannot tell");
+    let Tally { reported, open, failures } = &tally;
+    println!("{reported} comparisons agree, {open} cannot tell");
     assert!(failures.is_empty(), "{failures:#?}");
-    assert!(*told > 4 * open, "{open} of {} comparisons could tell nothing", told + open);
+    assert!(*reported > 4 * open, "{open} of {} comparisons have no verdict", reported + open);
 }

@@ -9,7 +9,7 @@ use surelight_tests::render::{ALPHA, Judge, all, render};
 /// Smallest bias that the pooled tests must be able to see.
 const POWER: f64 = 0.003;
 
-/// No pixel of its own is off: Student's t, Šidák over pixels and channels.
+/// No single pixel is off: Student's t, Šidák over pixels and channels.
 fn assert_pixels(name: &str, film: &Film, truth: [f64; 3]) {
     let level = sidak_level(ALPHA, 3 * film.pixels().len());
     for i in all(film) {
@@ -33,7 +33,7 @@ fn closed_room_of_several_reflectances() {
     assert_pixels("furnace", &film, truth);
 }
 
-/// However paths are sampled and wherever their random numbers come from.
+/// For every integrator and every sampler.
 #[test]
 fn closed_room_by_every_estimator() {
     let plain = Settings::new(24, 24);

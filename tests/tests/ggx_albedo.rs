@@ -1,5 +1,6 @@
-//! A flat surface under a uniform sky shows its directional albedo: the whole renderer against quadrature in f64, with the sky
-//! found by chance (uniform) and sampled as a light (the same sky as a map).
+//! A flat surface under a uniform sky shows its directional albedo: the whole renderer against
+//! quadrature in f64, with the sky found by chance (uniform) and sampled as a light (the same sky
+//! as a map).
 
 use glam::DVec3;
 use surelight_prepare::{Part, Settings};
@@ -14,7 +15,7 @@ use surelight_tests::scenes::{add, look_at, map, orthographic};
 /// Pictures in this file.
 const PICTURES: usize = 60;
 
-/// What the material scatters of light from everywhere, by quadrature.
+/// The light that the material scatters under uniform illumination, by quadrature.
 fn exact(probed: &Probed, n: usize) -> DVec3 {
     if probed.key().has(Part::Clearcoat) || probed.key().has(Part::Sheen) || probed.alpha != probed.alpha_along {
         return Layered::new(probed).albedos(n).iter().sum();
@@ -66,7 +67,7 @@ fn metals() {
     }
 }
 
-/// With what facets lose given back, white metal returns all light at every roughness.
+/// With multiple scattering, white metal returns all light at every roughness.
 #[test]
 fn white_metal_loses_nothing_to_multiple_scattering() {
     for (k, alpha) in [0.1f32, 0.3, 0.6, 1.0].into_iter().enumerate() {
@@ -104,7 +105,7 @@ fn dielectrics() {
     }
 }
 
-/// Seen from the camera of `check`, in a frame whose x is the tangent (the world's X).
+/// From the camera of `check`, in a frame whose x is the tangent (the world's X).
 fn seen(m: Probed, degrees: f64) -> Probed {
     let (s, c) = degrees.to_radians().sin_cos();
     Probed { wo: [(0.6 * s) as f32, (-0.8 * s) as f32, c as f32], ..m }
@@ -123,12 +124,12 @@ fn coated_velvet() {
     };
     let alpha = |roughness: f32| roughness * roughness;
     check("coated velvet", 7, material, |degrees| {
-        let m = Probed::dielectric(alpha(0.6), degrees).fibrous(alpha(0.7)).coated(alpha(0.5));
+        let m = Probed::dielectric(alpha(0.6), degrees).with_sheen(alpha(0.7)).coated(alpha(0.5));
         seen(Probed { base_color: base, coat_normal: [0.0, 0.0, 1.0], ..m }, degrees)
     });
 }
 
-/// A grain turned by 90° lies along y.
+/// An anisotropy turned by 90° is along y.
 #[test]
 fn brushed_metal() {
     let base = [0.9, 0.6, 0.3];

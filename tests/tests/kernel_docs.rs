@@ -1,4 +1,5 @@
-//! docs/kernels.md is the table of `surelight_prepare::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test --test kernel_docs` writes it.
+//! docs/kernels.md is the table of `surelight_prepare::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test
+//! --test kernel_docs` writes it.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -31,10 +32,10 @@ fn line(row: &Row) -> String {
 
 fn page() -> String {
     let mut page = String::from(
-        "# What a kernel contains\n\n\
+        "# The parts of a kernel\n\n\
          A kernel contains what its scene, its settings and its device need, and nothing else. After this page\n\
          you know every part that there is: the condition that shader modules test with `@if(…)`, why a kernel\n\
-         has it, what it needs and what it excludes. `surelight info SCENE` shows the parts of one kernel.\n\n\
+         has it, its requirements and its exclusions. `surelight info SCENE` shows the parts of one kernel.\n\n\
          This page is made from the table in\n\
          [`crates/prepare/src/kernel_key/table.rs`](../crates/prepare/src/kernel_key/table.rs), which the composer\n\
          and the tests use as well; a test keeps it true.\n\n\

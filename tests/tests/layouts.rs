@@ -1,5 +1,5 @@
-//! What the host writes is laid out as the kernels read it: every record's fields, offsets, sizes and span, compared with what
-//! naga finds in the composed shaders, for every key that ships.
+//! The host's records have the layout that kernels read: every record's fields, offsets, sizes and
+//! span, compared with those that naga finds in the composed shaders, for every key that ships.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,8 +16,8 @@ fn fields(layout: &RecordLayout) -> BTreeMap<&str, (u32, u32)> {
 /// Compares every record that a composition has; returns the records' names.
 fn compare(key: &KernelKey, what: &str) -> BTreeSet<&'static str> {
     let mut found = BTreeSet::new();
-    let emit = key.has(Part::Caustics).then_some("package::kernel::emit");
-    for root in [path_kernel(key).0, "package::kernel::features"].into_iter().chain(emit) {
+    let emit = key.has(Part::Caustics).then_some("package::kernel::light_tracing");
+    for root in [path_kernel(key).0, "package::kernel::first_hit"].into_iter().chain(emit) {
         let shader = compose(root, key, constants()).unwrap_or_else(|e| panic!("{what}: {e}"));
         for (name, host) in host_layouts() {
             let Some(device) = RecordLayout::of(&shader, name) else { continue };
@@ -42,7 +42,8 @@ fn in_every_kernel_that_ships() {
     }
 }
 
-/// In the general kernels every record and every material field is there: a name that only the host knows is a typo.
+/// In the general kernels every record and every material field is there: a name on the host alone
+/// is a typo.
 #[test]
 fn in_the_general_kernels() {
     let mut found = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! A caller's mistakes: each gives an error that names what is wrong, no panic and no picture.
+//! A caller's mistakes: each gives an error that names the mistake, no panic and no picture.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ fn map(width: u32, height: u32, texels: usize) -> Option<Environment> {
 
 type Mistake = (&'static str, fn(&mut Scene));
 
-/// What is wrong, as the error says it, and how to make it so.
+/// The mistake, as in the error, and an edit that makes it.
 const MISTAKES: &[Mistake] = &[
     ("instance 1: index 2 of 2 meshes", |s| s.instances[1].mesh = 2),
     ("instance 0, transform: not finite", |s| s.instances[0].to_world.translation.y = f64::NAN),
@@ -133,7 +133,7 @@ fn scenes_that_are_not_valid_are_refused() {
 }
 
 #[test]
-fn what_cannot_be_traced_is_not_lost_work() {
+fn untraceable_paths_are_not_lost_work() {
     let mut renderer = Renderer::new(device(), &prepare(&scene(), &Settings::new(8, 8))).unwrap();
     let mut trace = |film: &mut Film, batches, samples| renderer.trace(film, 0, batches, samples, &mut |_| true);
     let mut film = Film::new(8, 8);
@@ -147,7 +147,7 @@ fn what_cannot_be_traced_is_not_lost_work() {
     assert!(matches!(error, RenderError::TooManyBatches { batches: 0x10_0000, .. }), "{error:?}");
     assert!(trace(&mut film, 0, 1).unwrap());
     assert!((0..64).all(|i| film.samples(i) == 0));
-    // What is right still works.
+    // Valid calls still work.
     assert!(trace(&mut film, 2, 1).unwrap());
     assert!((0..64).all(|i| film.samples(i) == 2));
     let error = renderer.trace_features(&mut Film::new(8, 9)).unwrap_err();

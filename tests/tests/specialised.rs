@@ -1,5 +1,5 @@
-//! A kernel specialised to its scene shows what the general kernel shows: the same scene with a speck that needs every feature there
-//! is, out of sight, compared by Welch's test.
+//! A kernel specialised to its scene gives the picture of the general kernel: the same scene with
+//! an invisible speck that needs every feature, compared by Welch's test.
 
 use surelight_prepare::{Settings, TABLE};
 use surelight_scene::Scene;
@@ -12,7 +12,7 @@ use surelight_tests::welch::Comparison;
 fn check(scene: &Scene, comparison: Comparison, batches: u32, samples: u32) {
     let size = [24, 24];
     let own = prepare(scene, &Settings { seed: 1, ..Settings::new(24, 24) });
-    // A lens without width and a clamp that nothing meets.
+    // A lens without width and a clamp that nothing reaches.
     let all = Settings { seed: 2, aperture: Some(1e-12), max_radiance: Some(1e30), ..Settings::new(24, 24) };
     let general = prepare(&with_everything(scene.clone()), &all);
     for row in TABLE.iter().filter(|row| !general.key().has(row.part)) {
@@ -45,11 +45,12 @@ fn glass() {
     check(&glass::glass(), Comparison { power: 0.25, pictures: PICTURES, pixels: false }, 16, 16);
 }
 
-/// Kernels with coverage tests and textures run loops within loops, which CPU drivers count together up to a limit that ends them
-/// all in silence. Dispatches grow while they are fast: on a small picture they are, and nothing may be lost.
+/// Kernels with coverage tests and textures run loops within loops, whose iterations CPU drivers
+/// add up to a limit that ends them all silently. Dispatches grow while they are fast: on a small
+/// picture they are, and nothing may be lost.
 #[test]
 fn long_dispatches_of_the_general_kernel_lose_nothing() {
     let scene = with_everything(glass::glass());
-    // Fails where walks are cut short.
+    // Fails where traversals are cut short.
     trace(&prepare(&scene, &Settings::new(8, 8)), [8, 8], 4, 256);
 }

@@ -1,6 +1,7 @@
-//! Building, flattening and walking trees on the CPU: `cargo bench -p surelight-accel`.
+//! Building, flattening and traversing trees on the CPU: `cargo bench -p surelight-accel`.
 //!
-//! Building uses all cores, walking one. Figures depend on the machine and on what else it does; compare them within one run.
+//! Building uses all cores, traversal one. Figures depend on the machine and its load; compare them
+//! within one run.
 
 #![allow(missing_docs, reason = "criterion_group! makes a public function without any")]
 
@@ -12,7 +13,7 @@ use surelight_accel::{Accel, BuildOptions, Quality, Ray, Statistics};
 use surelight_scene::Scene;
 use surelight_scenes::probes;
 
-/// Rays of one measurement of a walk.
+/// Rays of one measurement of traversal.
 const RAYS: usize = 1 << 12;
 
 fn scenes() -> [(&'static str, Scene); 2] {
@@ -24,7 +25,7 @@ fn build(scene: &Scene, quality: Quality) -> Accel {
     Accel::build(scene, DVec3::ZERO, &options).expect("procedural scenes can be built")
 }
 
-/// What one stage of the builds took, all told.
+/// Total seconds of one stage of the builds.
 fn stage(scene: &Scene, quality: Quality, builds: u64, of: fn(&Statistics) -> Duration) -> Duration {
     (0..builds).map(|_| of(&build(scene, quality).statistics)).sum()
 }

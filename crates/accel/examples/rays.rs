@@ -1,8 +1,8 @@
-//! Walks camera rays and two diffuse bounces of them on one thread and prints items read and rays a second:
-//! `cargo run --release -p surelight-accel --example rays -- scene.glb [fast|medium|slow] [auto|never]`;
-//! instead of a file `terrain:N` (2 N² triangles) or `soup:N`.
+//! Traces camera rays and two diffuse bounces of them on one thread and prints items per ray and
+//! rays per second: `cargo run --release -p surelight-accel --example rays -- scene.glb
+//! [fast|medium|slow] [auto|never]`; instead of a file `terrain:N` (2 N² triangles) or `soup:N`.
 //!
-//! Items a ray is the figure to compare trees by; the speed is that of the CPU twin, not of a kernel.
+//! Compare trees by items per ray; the speed is that of the CPU implementation, not of a kernel.
 
 use std::{error::Error, path::PathBuf, time::Instant};
 

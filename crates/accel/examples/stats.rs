@@ -1,5 +1,5 @@
-//! Prints what a scene's acceleration structure comes to:
-//! `cargo run --release -p surelight-accel --example stats -- scene.glb [fast|medium|slow] [auto|never]`
+//! Prints statistics of a scene's acceleration structure: `cargo run --release -p surelight-accel
+//! --example stats -- scene.glb [fast|medium|slow] [auto|never]`
 
 use std::{error::Error, path::PathBuf, time::Instant};
 

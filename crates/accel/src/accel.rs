@@ -10,11 +10,11 @@ use crate::{
     records::{InstanceRecord, Skipped, TriangleSource, rows},
 };
 
-/// What a build came to.
+/// Statistics of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Cost of the top-level tree by the surface area heuristic, in items read by a ray that enters its bounds; an
-    /// instance counts as one.
+    /// Cost of the top-level tree by the surface area heuristic, in items read by a ray that enters
+    /// its bounds; an instance counts as one.
     pub sah: f64,
     /// Time spent checking and placing triangles.
     pub place: Duration,
@@ -24,7 +24,7 @@ pub struct Statistics {
     pub flatten: Duration,
 }
 
-/// Trees over a scene, flattened for the kernel.
+/// BVHs over a scene, flattened for the kernel.
 #[derive(Clone, Debug)]
 pub struct Accel {
     /// The stream; see [`crate::item`]. Item 0 is the root.
@@ -33,8 +33,9 @@ pub struct Accel {
     pub triangles: Vec<TriangleSource>,
     /// By instance index; empty when everything is copied.
     pub instances: Vec<InstanceRecord>,
-    /// The largest number of entries on the stack of a walk: one a node on the deepest path through
-    /// both levels, and one to spare where there are instances. At most [`crate::MAX_STACK_DEPTH`].
+    /// The largest number of entries on the traversal stack: one per node on the deepest path
+    /// through both levels, and one to spare where there are instances. At most
+    /// [`crate::MAX_STACK_DEPTH`].
     pub stack_depth: u32,
     /// Around everything that can be hit, in camera space; empty when nothing can.
     pub bounds: Bounds,

@@ -26,7 +26,7 @@ impl Bounds {
         self.lo.cmpgt(self.hi).any()
     }
 
-    /// Half the surface area, which is what the surface area heuristic compares; 0 when empty.
+    /// Half the surface area, as the surface area heuristic compares it; 0 when empty.
     pub fn half_area(self) -> f32 {
         let d = (self.hi - self.lo).max(Vec3::ZERO);
         (d.x + d.y) * d.z + d.x * d.y
@@ -39,10 +39,11 @@ impl Bounds {
 
     /// Grown by `margin` on every side of each axis, and outward by the rounding of that.
     pub(crate) fn padded(self, margin: Vec3) -> Self {
-        Self { lo: down(self.lo - margin), hi: up(self.hi + margin) }
+        Self { lo: next_down(self.lo - margin), hi: next_up(self.hi + margin) }
     }
 
-    /// The box around this box after `affine`, in f64, grown by `margin` and rounded outward to f32.
+    /// The box around this box after `affine`, in f64, grown by `margin` and rounded outward to
+    /// f32.
     pub(crate) fn transformed(self, affine: &DAffine3, margin: DVec3) -> Self {
         let (lo, hi) = (self.lo.as_dvec3(), self.hi.as_dvec3());
         let center = affine.transform_point3((lo + hi) * 0.5);
@@ -50,7 +51,7 @@ impl Bounds {
         let m = affine.matrix3;
         // The f64 rounding itself is some 2^-50 of the coordinates: far below one step of f32.
         let reach = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z + margin;
-        Self { lo: down((center - reach).as_vec3()), hi: up((center + reach).as_vec3()) }
+        Self { lo: next_down((center - reach).as_vec3()), hi: next_up((center + reach).as_vec3()) }
     }
 
     pub(crate) fn to_aabb(self) -> Aabb {
@@ -58,11 +59,11 @@ impl Bounds {
     }
 }
 
-fn down(v: Vec3) -> Vec3 {
+fn next_down(v: Vec3) -> Vec3 {
     Vec3::new(v.x.next_down(), v.y.next_down(), v.z.next_down())
 }
 
-fn up(v: Vec3) -> Vec3 {
+fn next_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x.next_up(), v.y.next_up(), v.z.next_up())
 }
 

@@ -1,8 +1,8 @@
 //! Which nodes of a binary tree stay when up to four children hang from one node.
 //!
-//! Chosen for the least Σ area over all ways to do it, by dynamic programming from the leaves up (Wald, Benthin and
-//! Boulos 2008; Ylitie, Karras and Laine 2017, section 3): `cost(n, k)` is the least cost of subtree n as at most k
-//! children of some node.
+//! Chosen for the least Σ area over all ways to do it, by dynamic programming from the leaves up
+//! (Wald, Benthin and Boulos 2008; Ylitie, Karras and Laine 2017, section 3): `cost(n, k)` is the
+//! least cost of subtree n as at most k children of some node.
 
 use obvhs::bvh2::node::Bvh2Node;
 
@@ -12,7 +12,8 @@ use crate::bounds::bounds_of;
 pub(crate) struct Opening {
     /// By node and number of parts less 1: parts of the left side, 0 for "as for one part less".
     ways: Vec<[u8; 4]>,
-    /// Σ area of the nodes that stay and of the leaves: items read by a ray, times the area of the root.
+    /// Σ area of the nodes that stay and of the leaves: items read by a ray, times the area of the
+    /// root.
     pub(crate) cost: f64,
 }
 
@@ -125,7 +126,7 @@ mod tests {
             let opening = Opening::plan(&nodes);
             let best = exhaustive(&nodes);
             assert!((opening.cost - best).abs() <= 1e-5 * best, "{seed}: {} against {best}", opening.cost);
-            // What is then read off costs what was planned.
+            // The tree read off then has the planned cost.
             let (mut cost, mut work) = (0.0, vec![0u32]);
             while let Some(i) = work.pop() {
                 cost += f64::from(nodes[i as usize].aabb().half_area());

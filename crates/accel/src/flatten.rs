@@ -23,7 +23,7 @@ pub(crate) struct Flat {
     pub(crate) triangles: Vec<TriangleSource>,
     /// Σ area × items read over the top-level tree, over the area of its bounds.
     pub(crate) sah: f64,
-    /// The largest number of entries on the stack of a walk.
+    /// Maximum number of entries on the traversal stack.
     pub(crate) depth: u32,
 }
 
@@ -41,7 +41,7 @@ pub(crate) fn flatten(placed: &Placed, forest: &Forest) -> Flat {
         let root = roots(&mut out.items);
         let placement = |k: u32| {
             let p = &placed.placements[forest.placements[k as usize].0];
-            // The root item of the mesh is not known yet: its number stands in until it is.
+            // The root item of the mesh is not known yet: its number is a placeholder until it is.
             Item::instance(&rows(&p.to_object), p.mesh as u32, k)
         };
         let mut writer = Writer::new(&mut out, &forest.top, &placed.world, &placement);
@@ -80,7 +80,7 @@ struct Writer<'a> {
     placement: &'a dyn Fn(u32) -> Item,
     opening: Opening,
     cost: f64,
-    /// Most nodes on a path.
+    /// Maximum number of nodes on a path.
     depth: u32,
 }
 

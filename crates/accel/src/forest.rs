@@ -1,4 +1,5 @@
-//! The trees of a scene before they are flattened: one at the top, one for each mesh that is placed as instances.
+//! The trees of a scene before they are flattened: one at the top, one for each mesh that is placed
+//! as instances.
 
 use glam::{DMat3, DVec3};
 use obvhs::aabb::Aabb;
@@ -12,18 +13,20 @@ use crate::{
     tree::{self, Effort, Tree},
 };
 
-/// Depth that either tree is cut to when the two together are too deep for the stack: 30 + 1 + 30 ≤ 62, and 2^30 leaves
-/// are more than can be numbered.
+/// Depth that either tree is cut to when the two together are too deep for the stack: 30 + 1 + 30 ≤
+/// 62, and 2^30 leaves are more than can be numbered.
 const BOUNDED_LEVELS: u32 = 30;
 /// Boxes of a mesh's tree that an instance's box is fitted to.
 const FITTED_BOXES: usize = 64;
 
 pub(crate) struct Forest {
-    /// Primitives are the leaves of the world's soup by index, then the placements: `leaves + k` is `placements[k]`.
+    /// Primitives are the leaves of the world's soup by index, then the placements: `leaves + k` is
+    /// `placements[k]`.
     pub(crate) top: Tree,
     /// One for each mesh that is placed as instances; empty where no triangle of it is sound.
     pub(crate) meshes: Vec<Tree>,
-    /// Index into [`Placed::placements`] and box in camera space; without the placements of empty meshes.
+    /// Index into [`Placed::placements`] and box in camera space; without the placements of empty
+    /// meshes.
     pub(crate) placements: Vec<(usize, Bounds)>,
 }
 
@@ -109,8 +112,8 @@ fn fit_placements(placed: &Placed, meshes: &[Tree], world: &[Aabb]) -> Vec<(usiz
         .collect()
 }
 
-/// How far, in camera space, a ray can be moved by bringing it to object space in f32: each of its two ends is within
-/// 3 `reach` of the camera and is multiplied and summed with four roundings.
+/// How far, in camera space, a ray can be moved by bringing it to object space in f32: each of its
+/// two ends is within 3 `reach` of the camera and is multiplied and summed with four roundings.
 fn rounding(p: &Placement, reach: f64) -> DVec3 {
     let abs = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
     let ends = DVec3::splat(3.0 * reach) + p.to_world.translation.abs();

@@ -1,9 +1,9 @@
 //! The 64-byte items that the kernel reads, word by word.
 //!
-//! Nodes hold up to four children with boxes of 8 bits a side; leaves hold two triangles along a
-//! common edge. Words 0 to 11 are all that a walk reads: three loads of 16 bytes. Word 11 tells the
-//! kinds apart, for in a leaf it is the coordinate of a vertex and finite: exponent bits all ones
-//! mean a node (sign 0) or an instance (sign 1).
+//! Nodes hold up to four children with boxes of 8 bits per plane; leaves hold two triangles along a
+//! common edge. A traversal reads words 0 to 11 alone: three loads of 16 bytes. Word 11
+//! distinguishes the kinds: in a leaf it is the coordinate of a vertex and finite; exponent bits
+//! all ones mean a node (sign 0) or an instance (sign 1).
 //!
 //! | word | node | leaf: a pair of triangles | instance |
 //! |---|---|---|---|
@@ -26,7 +26,7 @@
 //! Children are consecutive items: child c is item `word 4 + c`. Item 0 is a node; so is the root
 //! of each mesh's tree. On each axis the step is the f32 whose bits are `exponent << 23`, the
 //! exponent being *masked to its 8 bits first*: bits of a neighbour shifted into the sign turn
-//! boxes inside out. A plane stands at p + byte · step. With r the reciprocal of the direction
+//! boxes inside out. A plane is at p + byte · step. With r the reciprocal of the direction
 //! ([`crate::safe_reciprocal`]), per ray and node m = step · r and n = (p − o) · r, per plane t =
 //! byte · m + n. The near plane of an axis is `least` where r's sign bit is 0 and `greatest` where
 //! it is 1; a child is entered when max(near x, y, z, t_min) ≤ min(far x, y, z) · [`SLAB_PADDING`]
@@ -45,23 +45,24 @@
 //! [`crate::TriangleSource::corners`]; their common edge is v1–v2. A triangle alone has v3 = v2 and
 //! one prim id twice. Vertices are exact, not v0 plus edges, so that triangles which share a vertex
 //! hold the same bits. The hit test is that of Woop, Benthin and Wald, "Watertight ray/triangle
-//! intersection" (JCGT 2013): each vertex is brought to a space where the ray is the z axis, (x, y,
-//! z) = ((v − o)·X, (v − o)·Y, (v − o)·Z), and the signs of xᵢyⱼ − xⱼyᵢ decide. Rounding happens
-//! once a vertex and then the same for every triangle around it; a computed difference of two
-//! products has never the wrong sign, only perhaps the value 0, which counts as inside for both
+//! intersection" (JCGT 2013): each vertex is transformed to a space where the ray is the z axis,
+//! (x, y, z) = ((v − o)·X, (v − o)·Y, (v − o)·Z), and the signs of xᵢyⱼ − xⱼyᵢ decide. Rounding
+//! happens once per vertex, the same for every triangle around it; a computed difference of two
+//! products never has the wrong sign, only perhaps the value 0, which is inside for both
 //! neighbours. So there are no cracks, at edges or at vertices.
 //!
 //! # Stack
-//! One entry a node: `first child item << 6 | s0 | s1 << 2 | s2 << 4`, children still to be visited
-//! in order; the last number is repeated to fill up, so (a, b, b) is a then b. To take one: visit
-//! s0; if s1 = s0 the entry is done, else it becomes (s1, s2, s2). Who enters an instance remembers
-//! how high the stack is: back there, the world goes on. Items stay below 2²⁶ − 1.
+//! One entry per node: `first child item << 6 | s0 | s1 << 2 | s2 << 4`, children still to be
+//! visited in order; the last number is repeated to fill up, so (a, b, b) is a then b. To take one:
+//! visit s0; if s1 = s0 the entry is done, else it becomes (s1, s2, s2). On entering an instance
+//! the traversal records the stack height: back at that height it continues in world space. Items
+//! stay below 2²⁶ − 1.
 
 use glam::{DVec3, Vec3};
 
 use crate::Bounds;
 
-/// Word 11 of a node, but for the count.
+/// Word 11 of a node, without the count.
 pub const NODE_MARK: u32 = 0x7f80_0000;
 /// Word 11 of an instance.
 pub const INSTANCE_MARK: u32 = 0xff80_0000;
@@ -79,7 +80,7 @@ pub const SLAB_PADDING: f32 = 1.0 + 1.0 / (1 << 19) as f32;
 #[repr(C, align(16))]
 pub struct Item(pub [u32; 16]);
 
-/// What an item is.
+/// The kind of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A node with this many children.
@@ -139,7 +140,7 @@ impl Item {
         Self(w)
     }
 
-    /// What word 11 says it is.
+    /// The kind, by word 11.
     pub fn kind(&self) -> Kind {
         match self.0[11] & MARK_BITS {
             NODE_MARK => Kind::Node(self.0[11] & 7),
@@ -274,7 +275,7 @@ mod tests {
 
     #[test]
     fn slab_distances_in_f32_are_conservative() {
-        // A ray aimed at a point of a child's box enters it by the arithmetic of the walk.
+        // A ray aimed at a point of a child's box enters it by the arithmetic of the traversal.
         let mut tight = 0;
         for seed in 0..40_000 {
             let children = boxes(seed);
@@ -291,10 +292,10 @@ mod tests {
             if !o.is_finite() || o.abs().max_element() > 1e18 || exact.length() == 0.0 {
                 continue;
             }
-            // Only rays whose f32 direction really meets the box say something.
+            // Only rays whose f32 direction really hits the box are a test.
             let d = exact.normalize().as_vec3();
             let Some(reach) = exact_span(o, d, b) else { continue };
-            let entered = crate::walk::enter_for_tests(&item, o, d);
+            let entered = crate::traversal::child_entries_for_tests(&item, o, d);
             assert!(entered[c].is_some(), "{seed}: {b:?} from {o} along {d}, span {reach:?}");
             tight += u32::from(reach[1] - reach[0] <= 1e-6 * reach[1]);
         }

@@ -15,9 +15,10 @@ pub enum Quality {
 /// Which meshes are placed as instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Instancing {
-    /// A mesh of at least 64 triangles placed at least twice, whose copies would come to 4096 triangles or more; none, where the copies
-    /// of all such meshes come to less than 2^20. A placement whose matrix is singular or whose condition number is above some 1e4 is
-    /// copied all the same.
+    /// A mesh of at least 64 triangles placed at least twice, whose copies would have 4096
+    /// triangles or more; none, where the copies of all such meshes have less than 2^20. A
+    /// placement whose matrix is singular or whose condition number is above some 1e4 is copied
+    /// nevertheless.
     #[default]
     Auto,
     /// None: everything is copied.

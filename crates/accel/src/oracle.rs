@@ -1,7 +1,8 @@
 //! Brute force in f64 over a scene, for tests: shares no code with the trees and their items.
 //!
-//! Two answers to the same ray can both be right when it grazes an edge or meets two surfaces at almost the same
-//! distance. [`Oracle::judge`] therefore holds an answer against an error band and says which of the three it is.
+//! Two answers to the same ray can both be right when it grazes an edge or hits two surfaces at
+//! almost the same distance. [`Oracle::judge`] therefore compares an answer with an error band:
+//! right, wrong or undecided.
 
 use glam::{DVec3, Vec3};
 use surelight_scene::Scene;
@@ -10,10 +11,10 @@ use crate::{Accel, Hit, NO_INSTANCE, Ray};
 
 /// Every placed triangle of a scene, in f64 camera space.
 pub struct Oracle {
-    triangles: Vec<Placed>,
+    triangles: Vec<PlacedTriangle>,
 }
 
-struct Placed {
+struct PlacedTriangle {
     corners: [DVec3; 3],
     instance: u32,
     mesh: u32,
@@ -21,7 +22,7 @@ struct Placed {
     vertices: [u32; 3],
 }
 
-/// Where a ray meets the plane of a triangle.
+/// The intersection of a ray with the plane of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// Distance in multiples of the direction.
@@ -36,16 +37,18 @@ pub struct Crossing {
     pub vertices: [u32; 3],
     /// By how much `t` may be off when the triangle is tested in f32.
     pub t_band: f64,
-    /// Least barycentric weight over what it may be off by in f32: above 1 surely inside, below −1 surely outside.
+    /// Smallest barycentric weight over its possible error in f32: above 1 surely inside, below −1
+    /// surely outside.
     pub inside: f64,
 }
 
-/// What an answer is worth.
+/// The verdict on an answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// The same triangle as in f64, or none both times.
     Same,
-    /// Another answer, but within the error band: a grazed edge or two surfaces at almost one distance.
+    /// Another answer, but within the error band: a grazed edge or two surfaces at almost one
+    /// distance.
     Tie,
     /// Wrong, with the reason.
     Wrong(String),
@@ -61,7 +64,12 @@ impl Oracle {
                 let corners = vertices
                     .map(|v| instance.to_world.transform_point3(mesh.positions[v as usize].as_dvec3()) - origin);
                 if corners.iter().all(|c| c.is_finite()) {
-                    triangles.push(Placed { corners, instance: i as u32, mesh: instance.mesh as u32, vertices });
+                    triangles.push(PlacedTriangle {
+                        corners,
+                        instance: i as u32,
+                        mesh: instance.mesh as u32,
+                        vertices,
+                    });
                 }
             }
         }
@@ -89,7 +97,7 @@ impl Oracle {
         self.crossings(ray).into_iter().filter(within).min_by(|a, b| a.t.total_cmp(&b.t))
     }
 
-    /// Holds the answer of a walk to the ray against f64.
+    /// Compares the answer of a traversal with f64.
     pub fn judge(&self, accel: &Accel, ray: &Ray, answer: Option<&Hit>) -> Verdict {
         let crossings = self.crossings(ray);
         let (t_min, t_max) = (f64::from(ray.t_min), f64::from(ray.t_max));
@@ -115,7 +123,7 @@ impl Oracle {
             c.instance == instance && c.mesh == source.mesh && given == found
         };
         let t = f64::from(hit.t);
-        // A mesh may hold a triangle twice: any of the twins will do.
+        // A mesh may hold a triangle twice: either copy is right.
         let Some(claimed) = crossings.iter().filter(named).min_by(|a, b| (a.t - t).abs().total_cmp(&(b.t - t).abs()))
         else {
             return Verdict::Wrong(format!("{hit:?} lies outside its triangle"));
@@ -133,7 +141,7 @@ impl Oracle {
     }
 }
 
-impl Placed {
+impl PlacedTriangle {
     fn cross(&self, ray: &Ray) -> Option<Crossing> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let [v0, v1, v2] = self.corners;
@@ -148,14 +156,15 @@ impl Placed {
         if !t.is_finite() {
             return None;
         }
-        // Weights as ratios of areas around the crossing; no part of Möller and Trumbore's order of operations.
+        // Weights as ratios of areas around the crossing; no part of Möller and Trumbore's order of
+        // operations.
         let p = o + d * t;
         let b1 = (p - v0).cross(e2).dot(n) / (area * area);
         let b2 = e1.cross(p - v0).dot(n) / (area * area);
         let least = b1.min(b2).min(1.0 - b1 - b2);
 
-        // In f32 each coordinate of the corners and of the ray is off by some u of its size; the test multiplies that by
-        // how slanted the ray is and by how thin the triangle is.
+        // In f32 each coordinate of the corners and of the ray is off by some u of its size; the
+        // test multiplies that by how slanted the ray is and by how thin the triangle is.
         let u = 1.0 / (1 << 24) as f64;
         let size = |v: DVec3| v.abs().max_element();
         let reach = size(o) + size(d) * t.abs() + size(v0).max(size(v1)).max(size(v2));

@@ -7,14 +7,16 @@ use crate::triangle::Triangle;
 
 /// Second place of a leaf with one triangle.
 pub(crate) const ALONE: u32 = u32::MAX;
-/// Two triangles are kept together when the area of the box around both is at most this times the sum of theirs: testing
-/// both whenever the ray meets the common box then costs no more than a test each time it meets one's own.
-const MOST_GROWTH: f32 = 1.1;
+/// Two triangles are kept together when the area of the box around both is at most this times the
+/// sum of theirs: testing both whenever the ray hits the common box then costs no more than testing
+/// each when the ray hits its own box.
+const MAX_AREA_GROWTH: f32 = 1.1;
 
-/// Triangles looked at around one edge; a sound mesh has two.
-const MOST_AROUND_EDGE: usize = 16;
+/// Triangles compared around one edge; a sound mesh has two.
+const MAX_TRIANGLES_PER_EDGE: usize = 16;
 
-/// For each vertex the first one at the same position, so that faces split by normals or UVs still count as joined.
+/// For each vertex the first one at the same position, so that faces split by normals or UVs are
+/// still joined.
 pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
     // Adding 0 makes −0 into 0.
     let bits = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
@@ -31,8 +33,9 @@ pub(crate) fn welded(positions: &[Vec3]) -> Vec<u32> {
     out
 }
 
-/// Leaves over `triangles`, whose corners are the vertices `corners`: pairs that run along a common edge in opposite
-/// directions, chosen greedily by the least common box, and what is left over, with [`ALONE`].
+/// Leaves over `triangles`, whose corners are the vertices `corners`: pairs that run along a common
+/// edge in opposite directions, chosen greedily by the least common box, and the remaining
+/// triangles, with [`ALONE`].
 pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usize) -> Vec<[u32; 2]> {
     // Edges sorted into buckets by their lesser vertex: (greater vertex, triangle × 2 + direction).
     let mut starts = vec![0u32; vertices + 1];
@@ -55,7 +58,8 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
             bucketed[*at as usize] = (a.max(b), (i as u32) << 1 | u32::from(a < b));
         }
     }
-    // Each bucket in order, so that an edge is found by bisection however many triangles stand around a vertex.
+    // Each bucket in order, so that an edge is found by bisection however many triangles share a
+    // vertex.
     for span in starts.windows(2) {
         bucketed[span[0] as usize..span[1] as usize].sort_unstable();
     }
@@ -72,12 +76,13 @@ pub(crate) fn pairs(triangles: &[Triangle], corners: &[[u32; 3]], vertices: usiz
             let low = a.min(b) as usize;
             let bucket = &bucketed[starts[low] as usize..starts[low + 1] as usize];
             let first = bucket.partition_point(|half| half.0 < a.max(b));
-            for &(_, half) in bucket[first..].iter().take_while(|half| half.0 == a.max(b)).take(MOST_AROUND_EDGE) {
+            for &(_, half) in bucket[first..].iter().take_while(|half| half.0 == a.max(b)).take(MAX_TRIANGLES_PER_EDGE)
+            {
                 let j = half >> 1;
                 if (half & 1 == 1) != (a < b) && free[j as usize] {
                     let theirs = triangles[j as usize].tight();
                     let area = mine.union(theirs).half_area();
-                    if area < best.0 && area <= MOST_GROWTH * (mine.half_area() + theirs.half_area()) {
+                    if area < best.0 && area <= MAX_AREA_GROWTH * (mine.half_area() + theirs.half_area()) {
                         best = (area, j);
                     }
                 }
@@ -127,9 +132,9 @@ mod tests {
             t.swap(0, 1);
         }
         let found = leaves(&positions, &indices);
-        let mut met: Vec<u32> = found.iter().flatten().copied().filter(|&t| t != ALONE).collect();
-        met.sort_unstable();
-        assert_eq!(met, (0..18).collect::<Vec<_>>());
+        let mut hits: Vec<u32> = found.iter().flatten().copied().filter(|&t| t != ALONE).collect();
+        hits.sort_unstable();
+        assert_eq!(hits, (0..18).collect::<Vec<_>>());
         for [a, b] in found.into_iter().filter(|l| l[1] != ALONE) {
             let edges = |t: [u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
             let shared = edges(indices[a as usize]).iter().any(|&[p, q]| edges(indices[b as usize]).contains(&[q, p]));

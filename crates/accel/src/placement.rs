@@ -1,4 +1,5 @@
-//! From a scene to what the trees are built over: triangles in camera space, and meshes placed as instances.
+//! The primitives of the trees, from a scene: triangles in camera space, and meshes placed as
+//! instances.
 
 use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -9,15 +10,17 @@ use crate::{
     triangle::{COORDINATE_LIMIT, Defect, Triangle},
 };
 
-/// A mesh with fewer triangles is copied: entering an instance costs about as much as walking a tree of this size.
-const LEAST_TRIANGLES: usize = 64;
-/// A mesh whose copies come to fewer triangles is copied: they fit in a cache anyway.
-const LEAST_COPIES: usize = 4096;
-/// All meshes are copied where the copies together come to fewer triangles: 50 MiB and half a second of building, after which each step
-/// of a walk is cheaper by a sixth, for it need not be ready to enter instances (docs/performance.md).
-const LEAST_TOTAL: usize = 1 << 20;
+/// A mesh with fewer triangles is copied: entering an instance costs about as much as traversing a
+/// tree of this size.
+const MIN_TRIANGLES: usize = 64;
+/// A mesh whose copies have fewer triangles is copied: they fit in a cache anyway.
+const MIN_COPIED_TRIANGLES: usize = 4096;
+/// All meshes are copied where the copies together have fewer triangles: 50 MiB and half a second
+/// of building, after which each traversal step is cheaper by a sixth, since it never enters an
+/// instance (docs/performance.md).
+const MIN_TOTAL_TRIANGLES: usize = 1 << 20;
 /// Placements that blow rounding errors up by more than this are copied in f64 instead.
-const MOST_CONDITION: f64 = 1e4;
+const MAX_CONDITION: f64 = 1e4;
 
 /// Triangles that were found sound, and where each came from.
 #[derive(Default)]
@@ -86,7 +89,7 @@ pub(crate) struct Placement {
     pub(crate) to_object: DAffine3,
 }
 
-/// A scene sorted into the two kinds.
+/// A scene sorted into copied triangles and instances.
 pub(crate) struct Placed {
     pub(crate) world: Soup,
     /// Meshes in object space, for those that are placed as instances.
@@ -106,26 +109,27 @@ fn uses(scene: &Scene) -> Vec<usize> {
 }
 
 /// Whether each mesh is placed as instances, wherever its placement can be inverted.
-fn shared(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
+fn meshes_to_instance(scene: &Scene, options: &BuildOptions) -> Vec<bool> {
     let uses = uses(scene);
     let copies = |k: usize| scene.meshes[k].triangles.len().saturating_mul(uses[k]);
-    let worth =
-        |k: usize| uses[k] >= 2 && scene.meshes[k].triangles.len() >= LEAST_TRIANGLES && copies(k) >= LEAST_COPIES;
+    let is_candidate = |k: usize| {
+        uses[k] >= 2 && scene.meshes[k].triangles.len() >= MIN_TRIANGLES && copies(k) >= MIN_COPIED_TRIANGLES
+    };
     let all = 0..scene.meshes.len();
     match options.instancing {
         Instancing::Auto => {
-            let total = all.clone().filter(|&k| worth(k)).map(copies).fold(0, usize::saturating_add);
-            all.map(|k| total >= LEAST_TOTAL && worth(k)).collect()
+            let total = all.clone().filter(|&k| is_candidate(k)).map(copies).fold(0, usize::saturating_add);
+            all.map(|k| total >= MIN_TOTAL_TRIANGLES && is_candidate(k)).collect()
         }
         Instancing::Never => vec![false; all.len()],
         Instancing::Always => all.map(|k| uses[k] > 0 && copies(k) > 0).collect(),
     }
 }
 
-/// Whether a build will most probably place some mesh as instances, told without building: wrong where none of its placements can be
-/// inverted, or none of its triangles is sound.
+/// Whether a build will most probably place some mesh as instances, predicted without building:
+/// wrong where none of its placements can be inverted, or none of its triangles is sound.
 pub fn expects_instances(scene: &Scene, options: &BuildOptions) -> bool {
-    shared(scene, options).contains(&true)
+    meshes_to_instance(scene, options).contains(&true)
 }
 
 pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Placed {
@@ -135,9 +139,13 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     };
 
     let uses = uses(scene);
-    let shared = shared(scene, options);
-    let reach: Vec<f64> =
-        scene.meshes.iter().zip(&shared).map(|(mesh, &shared)| if shared { reach(mesh) } else { 0.0 }).collect();
+    let meshes_to_instance = meshes_to_instance(scene, options);
+    let reach: Vec<f64> = scene
+        .meshes
+        .iter()
+        .zip(&meshes_to_instance)
+        .map(|(mesh, &meshes_to_instance)| if meshes_to_instance { reach(mesh) } else { 0.0 })
+        .collect();
 
     let mut slot_of = vec![None; scene.meshes.len()];
     let mut mesh_of_slot = Vec::new();
@@ -145,7 +153,7 @@ pub(crate) fn place(scene: &Scene, origin: DVec3, options: &BuildOptions) -> Pla
     let mut copied = Vec::new();
     for (i, instance) in scene.instances.iter().enumerate() {
         let to_world = to_camera(instance);
-        let inverse = if shared[instance.mesh] { invert(&to_world, reach[instance.mesh]) } else { None };
+        let inverse = if meshes_to_instance[instance.mesh] { invert(&to_world, reach[instance.mesh]) } else { None };
         match inverse {
             Some(to_object) => {
                 let mesh = *slot_of[instance.mesh].get_or_insert_with(|| {
@@ -208,8 +216,8 @@ fn reach(mesh: &Mesh) -> f64 {
     f64::from(mesh.positions.par_iter().map(size).reduce(|| 0.0, f32::max))
 }
 
-/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range for f32, and with all
-/// of the mesh (`reach` from its origin) well inside [`COORDINATE_LIMIT`].
+/// The inverse, where placing by it is as good as copying: finite and well conditioned, in range
+/// for f32, and with all of the mesh (`reach` from its origin) well inside [`COORDINATE_LIMIT`].
 fn invert(to_world: &DAffine3, reach: f64) -> Option<DAffine3> {
     let m = to_world.matrix3;
     if !to_world.is_finite() || m.determinant() == 0.0 {
@@ -221,6 +229,6 @@ fn invert(to_world: &DAffine3, reach: f64) -> Option<DAffine3> {
     let condition = norm(m) * norm(inverse.matrix3);
     let fits = |a: &DAffine3| a.is_finite() && a.to_cols_array().iter().all(|x| x.abs() < 1e12);
     let placed = norm(m) * reach * 2.0 + to_world.translation.abs().max_element();
-    (condition <= MOST_CONDITION && placed < 0.1 * f64::from(COORDINATE_LIMIT) && fits(&inverse) && fits(to_world))
+    (condition <= MAX_CONDITION && placed < 0.1 * f64::from(COORDINATE_LIMIT) && fits(&inverse) && fits(to_world))
         .then_some(inverse)
 }

@@ -1,19 +1,22 @@
-//! What stands beside the item stream: where triangles and instances come from, and what was left out.
+//! Tables beside the item stream: the sources of triangles and instances, and the counts of skipped
+//! triangles.
 
 use std::ops::AddAssign;
 
 use glam::DAffine3;
 
-/// Where a triangle of the item stream comes from.
+/// The source of a triangle of the item stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct TriangleSource {
     /// Index into [`surelight_scene::Scene::meshes`].
     pub mesh: u32,
-    /// Vertex indices in the order of the item: b1 belongs to `corners[1]`, b2 to `corners[2]`. Copies under a negative
-    /// determinant have their last two swapped, so that e1 × e2 points to glTF's front.
+    /// Vertex indices in the order of the item: b1 belongs to `corners[1]`, b2 to `corners[2]`.
+    /// Copies under a negative determinant have their last two swapped, so that e1 × e2 points to
+    /// glTF's front.
     pub corners: [u32; 3],
-    /// Index into [`surelight_scene::Scene::instances`], or [`crate::NO_INSTANCE`] when the mesh is placed as instances.
+    /// Index into [`surelight_scene::Scene::instances`], or [`crate::NO_INSTANCE`] when the mesh is
+    /// placed as instances.
     pub instance: u32,
 }
 
@@ -25,15 +28,17 @@ pub struct InstanceRecord {
     pub scene_instance: u32,
     /// Object to camera space: three rows of x, y, z and translation.
     pub to_world: [f32; 12],
-    /// Camera to object space, inverted in f64. Its transpose takes e1 × e2 to the side that is glTF's front, whatever
-    /// the sign of the determinant.
+    /// Camera to object space, inverted in f64. Its transpose takes e1 × e2 to the side that is
+    /// glTF's front, whatever the sign of the determinant.
     pub to_object: [f32; 12],
 }
 
-/// Triangles left out, counted once for each placement that is copied and once for a mesh that is placed as instances.
+/// Triangles left out, counted once for each placement that is copied and once for a mesh that is
+/// placed as instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Skipped {
-    /// With a coordinate that is NaN, ∞ or beyond [`crate::COORDINATE_LIMIT`] once in camera space and f32.
+    /// With a coordinate that is NaN, ∞ or beyond [`crate::COORDINATE_LIMIT`] once in camera space
+    /// and f32.
     pub non_finite: u64,
     /// With parallel or vanishing edges, in f32.
     pub zero_area: u64,

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 /// A run of this many boxes costs the clustering builder some 10 ms; longer ones are taken out.
 const RUN_LIMIT: usize = 1024;
 
-/// Box slots in Morton order, and the ranges of that order which the clustering builder would choke on.
+/// Box slots in Morton order, and the ranges of that order which the clustering builder would choke
+/// on.
 pub(crate) fn degenerate_runs(boxes: &[Aabb], total: &Aabb) -> (Vec<u32>, Vec<Range<usize>>) {
     if boxes.len() <= RUN_LIMIT {
         return (Vec::new(), Vec::new());
@@ -52,7 +53,7 @@ pub(crate) fn degenerate_runs(boxes: &[Aabb], total: &Aabb) -> (Vec<u32>, Vec<Ra
         }
         last = c;
     }
-    // The three kinds overlap: join what touches.
+    // The three kinds overlap: join those that touch.
     found.sort_unstable_by_key(|run| run.start);
     let mut runs: Vec<Range<usize>> = Vec::new();
     for run in found {

@@ -1,7 +1,9 @@
-//! A top-down builder with a depth that is bounded beforehand: binned SAH while levels are to spare, halves otherwise.
+//! A top-down builder with a depth that is bounded beforehand: binned SAH while levels are to
+//! spare, halves otherwise.
 //!
-//! It stands in for the clustering builder where that one would degenerate (see [`crate::tree`]). The binned surface
-//! area heuristic is that of Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007).
+//! It replaces the clustering builder where that one would degenerate (see [`crate::tree`]). The
+//! binned surface area heuristic is that of Wald, "On fast construction of SAH-based bounding
+//! volume hierarchies" (2007).
 
 use obvhs::{aabb::Aabb, bvh2::node::Bvh2Node};
 
@@ -12,8 +14,9 @@ pub(crate) fn levels_needed(count: usize) -> u32 {
     count.max(1).next_power_of_two().trailing_zeros()
 }
 
-/// Appends a tree over `prims` (indices into `boxes`, not empty) to `nodes` and returns its root, which is not itself
-/// appended: the caller puts it where it belongs. No path holds more than `max(levels, levels_needed)` inner nodes.
+/// Appends a tree over `prims` (indices into `boxes`, not empty) to `nodes` and returns its root,
+/// which is not itself appended: the caller puts it where it belongs. No path holds more than
+/// `max(levels, levels_needed)` inner nodes.
 pub(crate) fn build(boxes: &[Aabb], prims: &mut [u32], levels: u32, nodes: &mut Vec<Bvh2Node>) -> Bvh2Node {
     let mut root = leaf(boxes, prims[0]);
     // (where the node goes; None: the root), range of prims, levels left below and with this node
@@ -72,7 +75,7 @@ fn halve(boxes: &[Aabb], prims: &mut [u32]) -> usize {
     middle
 }
 
-/// The best of 15 planes on each axis by count × area; halves when none separates.
+/// The best of 15 planes per axis by count × area; halves when none separates.
 fn split(boxes: &[Aabb], prims: &mut [u32]) -> usize {
     if prims.len() < 4 {
         return halve(boxes, prims);

@@ -1,11 +1,13 @@
 //! Binary trees over boxes, built by obvhs and checked before anything relies on them.
 //!
-//! obvhs clusters neighbours along a Morton curve (PLOC, Meister and Bittner 2018) and then moves subtrees where they
-//! cost less (parallel reinsertion, Meister and Bittner 2018). Two things have to be kept from it:
+//! obvhs clusters neighbours along a Morton curve (PLOC, Meister and Bittner 2018) and then moves
+//! subtrees where they cost less (parallel reinsertion, Meister and Bittner 2018). Two things have
+//! to be kept from it:
 //!
-//! - Runs of boxes along the curve whose pairwise cost is monotone (identical triangles, concentric ones, an evenly spaced
-//!   row) merge one pair a round: quadratic time and a depth that grows with the run. Such runs, and boxes that share a
-//!   Morton cell in bulk, are found first ([`crate::runs`]), built top-down, and take part in clustering as one box each.
+//! - Runs of boxes along the curve whose pairwise cost is monotone (identical triangles, concentric
+//!   ones, an evenly spaced row) merge one pair per round: quadratic time and a depth that grows
+//!   with the run. Such runs, and boxes that share a Morton cell in bulk, are found first
+//!   ([`crate::runs`]), built top-down, and are one box each in clustering.
 //! - A tree deeper than the kernel's stack is thrown away and rebuilt with a bounded depth.
 
 use obvhs::{
@@ -17,30 +19,33 @@ use rayon::prelude::*;
 
 use crate::{Quality, collapse::Opening, runs::degenerate_runs, topdown};
 
-/// The largest number of stack entries that a walk needs.
+/// The largest number of stack entries that a traversal needs.
 pub const MAX_STACK_DEPTH: u32 = 62;
 
 /// Below this extent box areas underflow, which leaves the clustering builder nothing to compare.
-const LEAST_EXTENT: f32 = 1e-15;
-/// The clustering builder needs more rounds than this only where it degenerates; its optimiser's stack allows for it.
-const MOST_ROUNDS: usize = 96;
+const MIN_EXTENT: f32 = 1e-15;
+/// The clustering builder needs more rounds than this only where it degenerates; its optimiser's
+/// stack allows for it.
+const MAX_ROUNDS: usize = 96;
 
-/// Up to so many boxes a top-down tree is built as well, optimised alike, and the cheaper one is kept.
+/// Up to so many boxes a top-down tree is built as well, optimised alike, and the cheaper one is
+/// kept.
 const RIVALLED: usize = 1 << 14;
 /// Up to so many boxes every search distance of the clustering builder is tried too.
 const EXHAUSTED: usize = 512;
 /// Depth of a top-down tree before it is optimised.
 const RIVAL_LEVELS: u32 = 40;
 
-/// A binary tree: node 0 is the root; a leaf (`prim_count` 1) names its primitive in `first_index`, an inner node its
-/// first child, whose sibling follows it.
+/// A binary tree: node 0 is the root; a leaf (`prim_count` 1) names its primitive in `first_index`,
+/// an inner node its first child, whose sibling follows it.
 #[derive(Clone, Default)]
 pub(crate) struct Tree {
     pub(crate) nodes: Vec<Bvh2Node>,
 }
 
 impl Tree {
-    /// Most inner nodes on a path from the root to a leaf; 0 for a single leaf or no node.
+    /// Maximum number of inner nodes on a path from the root to a leaf; 0 for a single leaf or no
+    /// node.
     pub(crate) fn depth(&self) -> u32 {
         depth(&self.nodes)
     }
@@ -59,7 +64,7 @@ impl Effort {
         if self.quality == Quality::Slow { SortPrecision::U128 } else { SortPrecision::U64 }
     }
 
-    /// Search distance, and rounds for which only neighbours are looked at.
+    /// Search distance, and rounds in which only neighbours are compared.
     fn clustering(self) -> (PlocSearchDistance, usize) {
         match self.quality {
             Quality::Fast => (PlocSearchDistance::Low, 2),
@@ -75,8 +80,8 @@ impl Effort {
             Quality::Medium => (0.05, 2),
             Quality::Slow => (0.4, 2),
         };
-        // What a million boxes get is spent on smaller scenes too: they are rendered as long as large ones, and come out
-        // 5 to 20 % cheaper for it.
+        // Smaller scenes get the effort of a million boxes: they are rendered as long as large
+        // ones, and their trees become 5 to 20 % cheaper.
         let share = (share * 1e6 / self.scene.max(1) as f32).clamp(share, 1.0);
         let passes = passes * times;
         let mut optimiser = ReinsertionOptimizer::default();
@@ -94,7 +99,7 @@ impl Effort {
     }
 }
 
-/// Most inner nodes on a path from node 0 to a leaf.
+/// Maximum number of inner nodes on a path from node 0 to a leaf.
 fn depth(nodes: &[Bvh2Node]) -> u32 {
     let mut deepest = 0;
     let mut work = if nodes.is_empty() { vec![] } else { vec![(0u32, 0u32)] };
@@ -111,7 +116,8 @@ fn depth(nodes: &[Bvh2Node]) -> u32 {
 
 /// Builds over `boxes`: box k is that of primitive k.
 ///
-/// No path of the result holds more than `levels` inner nodes, as long as `levels` ≥ log2 of the number of boxes.
+/// No path of the result holds more than `levels` inner nodes, as long as `levels` ≥ log2 of the
+/// number of boxes.
 pub(crate) fn build(boxes: &[Aabb], effort: Effort, levels: u32) -> Tree {
     if boxes.is_empty() {
         return Tree::default();
@@ -132,14 +138,14 @@ fn from_top(boxes: &[Aabb], mut slots: Vec<u32>, levels: u32) -> Vec<Bvh2Node> {
 /// A tree by way of obvhs, leaves naming boxes, or none where it is not to be used.
 fn clustered(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     let total = boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b));
-    if total.diagonal().max_element() <= LEAST_EXTENT {
+    if total.diagonal().max_element() <= MIN_EXTENT {
         return None;
     }
     let (order, runs) = degenerate_runs(boxes, &total);
     if runs.is_empty() {
         return cheapest(boxes, effort);
     }
-    // Each run takes part as one box, behind those that are in none.
+    // Each run is one box, after the boxes that are in none.
     let mut alone = Vec::new();
     let mut next = 0;
     for run in &runs {
@@ -170,14 +176,14 @@ fn clustered(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     Some(nodes)
 }
 
-/// The cheapest of the trees that are worth trying; none when clustering degenerates.
+/// The cheapest of the candidate trees; none when clustering degenerates.
 fn cheapest(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     let slots = || (0..boxes.len() as u32).collect::<Vec<u32>>();
     let usual = if boxes.len() <= RIVALLED { 2 } else { 1 };
     let cluster = |(distance, threshold), times| {
         let builder = &mut PlocBuilder::with_capacity(boxes.len());
         let mut bvh = builder.build(distance, boxes, slots(), effort.precision(), threshold);
-        if bvh.max_depth > MOST_ROUNDS {
+        if bvh.max_depth > MAX_ROUNDS {
             return None;
         }
         effort.optimise(&mut bvh, times);
@@ -223,12 +229,12 @@ mod tests {
         Aabb::new(Vec3A::new(x, 0.0, 0.0), Vec3A::new(x + size, size, size))
     }
 
-    /// Each primitive in one leaf; boxes around what is below them.
+    /// Each primitive is in one leaf; boxes contain everything below them.
     fn check(tree: &Tree, boxes: &[Aabb]) {
-        let mut met = vec![0; boxes.len()];
+        let mut references = vec![0; boxes.len()];
         for node in &tree.nodes {
             if node.is_leaf() {
-                met[node.first_index as usize] += 1;
+                references[node.first_index as usize] += 1;
                 assert_eq!(*node.aabb(), boxes[node.first_index as usize]);
             } else {
                 for k in 0..2 {
@@ -237,12 +243,12 @@ mod tests {
                 }
             }
         }
-        assert!(met.iter().all(|&m| m == 1));
+        assert!(references.iter().all(|&m| m == 1));
         assert_eq!(tree.nodes.len(), 2 * boxes.len() - 1);
     }
 
     #[test]
-    fn depth_keeps_to_what_is_asked() {
+    fn depth_stays_within_the_limit() {
         // Sizes that double make clustering as lopsided as it gets.
         let lopsided: Vec<Aabb> =
             (0..120).map(|k| cube((k as f32).exp2() * 1e-18, (k as f32).exp2() * 1e-18)).collect();

@@ -1,10 +1,11 @@
-//! Checked triangles: what the trees are built over.
+//! Checked triangles, the primitives of the trees.
 
 use glam::Vec3;
 
 use crate::Bounds;
 
-/// Coordinates beyond this are treated as not finite: areas and determinants of such triangles overflow f32.
+/// Coordinates beyond this are treated as not finite: areas and determinants of such triangles
+/// overflow f32.
 pub const COORDINATE_LIMIT: f32 = 1e18;
 
 /// A sound triangle in f32.
@@ -20,29 +21,31 @@ pub(crate) enum Defect {
 
 impl Triangle {
     pub(crate) fn new([v0, v1, v2]: [Vec3; 3]) -> Result<Self, Defect> {
-        // NaN fails the comparison, so this is one test for NaN, ∞ and coordinates that are too large.
+        // NaN fails the comparison, so this is one test for NaN, ∞ and coordinates that are too
+        // large.
         if [v0, v1, v2].iter().any(|v| !v.abs().cmple(Vec3::splat(COORDINATE_LIMIT)).all()) {
             return Err(Defect::NonFinite);
         }
         let triangle = Self([v0, v1, v2]);
         let [e1, e2] = triangle.edges();
-        // Products of f32 are exact in f64, so this is zero only when the rounded edges really are parallel.
+        // Products of f32 are exact in f64, so this is zero only when the rounded edges really are
+        // parallel.
         if e1.as_dvec3().cross(e2.as_dvec3()) == glam::DVec3::ZERO {
             return Err(Defect::ZeroArea);
         }
         Ok(triangle)
     }
 
-    /// v1 − v0 and v2 − v0, rounded as the kernel sees them.
+    /// v1 − v0 and v2 − v0, rounded as in the kernel.
     fn edges(&self) -> [Vec3; 2] {
         let [v0, v1, v2] = self.0;
         [v1 - v0, v2 - v0]
     }
 
-    /// How far a box stands off the corners, per axis: a few 2^-24 of the edges, and of the
+    /// The distance of a box from the corners, per axis: a few 2^-24 of the edges, and of the
     /// distance of a ray that starts about the origin, for which the slab test rounds by as much.
-    /// `reach` is that distance. Larger than 0 on every axis, so that no face of a box touches what
-    /// is in it.
+    /// `reach` is that distance. Larger than 0 on every axis, so that no face of a box touches its
+    /// contents.
     fn margin(&self, reach: f32) -> Vec3 {
         let [e1, e2] = self.edges();
         (e1.abs() + e2.abs()) / (1 << 22) as f32 + reach / (1 << 22) as f32
@@ -54,8 +57,9 @@ impl Triangle {
         Bounds { lo: a.min(b).min(c), hi: a.max(b).max(c) }
     }
 
-    /// The box that the tree stores; `mesh_reach` is the greatest coordinate of a mesh that is placed as instances (its
-    /// rays come from anywhere around it) and 0 for triangles in camera space.
+    /// The box that the tree stores; `mesh_reach` is the greatest coordinate of a mesh that is
+    /// placed as instances (its rays come from anywhere around it) and 0 for triangles in camera
+    /// space.
     pub(crate) fn bounds(&self, mesh_reach: f32) -> Bounds {
         let tight = self.tight();
         tight.padded(self.margin(tight.reach().max(mesh_reach)))
@@ -67,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defects_are_told_apart() {
+    fn defects_are_distinguished() {
         let (a, b, c) = (Vec3::ZERO, Vec3::X, Vec3::Y);
         assert!(Triangle::new([a, b, c]).is_ok());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2e18] {

@@ -1,4 +1,4 @@
-//! What every stream of items must be, whatever it was built from.
+//! Invariants of every stream of items.
 
 mod common;
 
@@ -9,8 +9,8 @@ use surelight_accel::{
 };
 use surelight_scene::{Mesh, Scene};
 
-/// Follows every reference once, checks that what lies below a child is inside its planes in exact
-/// arithmetic, and returns how often each prim id was met.
+/// Follows every reference once, checks in exact arithmetic that everything below a child is inside
+/// its planes, and returns how often each prim id occurs.
 fn inspect(accel: &Accel) -> Vec<u32> {
     let mut uses = vec![0; accel.triangles.len()];
     let mut reached = vec![false; accel.items.len()];
@@ -30,7 +30,7 @@ fn inspect(accel: &Accel) -> Vec<u32> {
     uses
 }
 
-/// Returns the box of the vertices below, in f64; instances count as nothing.
+/// Returns the box of the vertices below, in f64; instances are empty.
 fn inspect_item(
     accel: &Accel,
     at: u32,
@@ -168,7 +168,8 @@ fn only_reused_meshes_become_instances() {
     let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
     let flat = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0)), translation: DVec3::X * 30.0 };
     let meshes = || vec![sphere(380, 760), sphere(4, 8), sphere(32, 64)];
-    // Mesh 0 is big, two of it have more than a million triangles, and a third is squashed flat; mesh 1 is small; mesh 2 is placed once.
+    // Mesh 0 is big, two of it have more than a million triangles, and a third is squashed flat;
+    // mesh 1 is small; mesh 2 is placed once.
     let placements = [(0, at(0.0)), (0, at(3.0)), (1, at(6.0)), (1, at(9.0)), (2, at(12.0)), (0, flat)];
     let accel = build(&scene(meshes(), &placements), &BuildOptions::default());
     let placed: Vec<u32> = accel.instances.iter().map(|r| r.scene_instance).collect();
@@ -234,7 +235,8 @@ fn hostile_scenes_never_panic() {
     let mut rng = Rng::new(71);
     let mut kept = 0;
     for round in 0..200 {
-        // Random bits make every kind of float; mixed with tame ones, and some sizes that only just fit.
+        // Random bits make every kind of float; mixed with tame ones, and some sizes that only just
+        // fit.
         let float = |rng: &mut Rng| match rng.index(if round % 2 == 0 { 4 } else { 20 }) {
             0 => f32::from_bits(rng.bits()),
             1 => [0.0, -0.0, 1e18, -1e18, 9e17, 1e-38, 1e-45, f32::MAX][rng.index(8)],
@@ -252,7 +254,7 @@ fn hostile_scenes_never_panic() {
             .collect();
         let placements: Vec<(usize, DAffine3)> = (0..4)
             .map(|k| {
-                // What is not finite is refused.
+                // Scenes that are not finite are refused.
                 let mut column = || {
                     let column = vector(&mut rng);
                     if column.is_finite() { column.as_dvec3() } else { DVec3::ZERO }

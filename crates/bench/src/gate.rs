@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_compared_is_told() {
+    fn incomparable_runs_are_reported() {
         let old = version(1, 1.0, 0.0);
         let mut new = version(2, 1.0, 0.0);
         new.scenes[0].hash = "other".into();

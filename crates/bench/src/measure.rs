@@ -29,7 +29,7 @@ pub struct Reference {
     /// Variance of the mean; `None` where it is not known, and taken for none.
     pub variance: Option<[Vec<f32>; 3]>,
     /// Whether the pixels of each 2×2 square used one another's paths.
-    pub shares_paths: bool,
+    pub reuses_paths: bool,
 }
 
 /// A film held against a reference; the fields are those of [`crate::data::Row`].
@@ -80,7 +80,7 @@ impl Reference {
             height: film.height() as usize,
             rgb: [plane(0), plane(1), plane(2)],
             variance: known.then(|| [variance(0), variance(1), variance(2)]),
-            shares_paths: false,
+            reuses_paths: false,
         }
     }
 
@@ -126,7 +126,7 @@ impl Reference {
     /// What it knows of its own error.
     pub fn own_error(&self) -> OwnError {
         let floor = self.floor();
-        let mut sums = Sums::of(self, self.shares_paths);
+        let mut sums = Sums::of(self, self.reuses_paths);
         for i in (0..self.rgb[0].len()).filter(|&i| self.usable(i)) {
             let r = self.pixel(i);
             sums.add(i, &r, &r, 0.0, floor);
@@ -160,8 +160,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(picture: &Reference, shares_paths: bool) -> Self {
-        let (width, side) = (picture.width, if shares_paths { 2 } else { 1 });
+    fn of(picture: &Reference, reuses_paths: bool) -> Self {
+        let (width, side) = (picture.width, if reuses_paths { 2 } else { 1 });
         let deviations = vec![0.0; width.div_ceil(side) * picture.height.div_ceil(side)];
         Self { width, side, deviations, ..Self::default() }
     }
@@ -197,14 +197,14 @@ impl Sums {
     }
 }
 
-/// Holds a film against the reference. Both must have the same size. `shares_paths`: the film's
-/// pixels of each 2×2 square used one another's paths.
-pub fn measure(film: &Film, reference: &Reference, shares_paths: bool) -> Errors {
+/// Holds a film against the reference. Both must have the same size. `reuses_paths`: the film's
+/// pixels of each 2×2 square reused one another's paths.
+pub fn measure(film: &Film, reference: &Reference, reuses_paths: bool) -> Errors {
     let floor = reference.floor();
     let dof = film.degrees_of_freedom(0);
     let known = dof > 0.0;
     let t = if known { student_t_quantile(0.5 + 0.5 * CONFIDENCE, dof) } else { 0.0 };
-    let mut sums = Sums::of(reference, shares_paths);
+    let mut sums = Sums::of(reference, reuses_paths);
     for i in (0..film.pixels().len()).filter(|&i| reference.usable(i)) {
         let x = Pixel { mean: film.mean(i), variance: film.variance_of_mean(i) };
         sums.add(i, &x, &reference.pixel(i), t, floor);
@@ -274,13 +274,13 @@ mod tests {
     }
 
     #[test]
-    fn pixels_that_share_paths_may_err_together() {
+    fn path_reuse_may_correlate_errors() {
         let reference = Reference::of(&film(1, 1.0, 0.0));
         let film = film(3, 1.0, 0.1);
         let [apart, shared] = [false, true].map(|shares| measure(&film, &reference, shares).mean_se.unwrap());
         // Four deviations that are alike: 4² instead of 4 times 1².
         assert!((shared / apart - 2.0).abs() < 0.1, "{shared} against {apart}");
-        let own = |shares_paths| Reference { shares_paths, ..Reference::of(&film) }.own_error().mean_se.unwrap();
+        let own = |reuses_paths| Reference { reuses_paths, ..Reference::of(&film) }.own_error().mean_se.unwrap();
         // Its variances are kept as f32.
         assert!((own(false) / apart - 1.0).abs() < 1e-6 && (own(true) / shared - 1.0).abs() < 1e-6);
     }

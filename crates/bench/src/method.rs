@@ -2,7 +2,7 @@
 //! do.
 
 use serde::{Deserialize, Serialize};
-use surelight_prepare::{Directions, Integrator, Sampler, Settings, SharedPaths};
+use surelight_prepare::{Directions, Integrator, PathReuse, Sampler, Settings};
 use surelight_scene::Scene;
 
 /// One way of estimating the picture.
@@ -132,7 +132,7 @@ impl Method {
             max_bounces: self.max_bounces,
             max_radiance: self.max_radiance,
             one_scramble: self.one_scramble,
-            shared_paths: if self.shared_paths { SharedPaths::On } else { SharedPaths::Off },
+            path_reuse: if self.shared_paths { PathReuse::On } else { PathReuse::Off },
             ..base.clone()
         }
     }

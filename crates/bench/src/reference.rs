@@ -96,8 +96,8 @@ pub(crate) fn load(path: &Path, size: [u32; 2]) -> Result<Made, BenchError> {
     let metadata = image.surelight_metadata();
     let trusted = metadata.as_ref().is_some_and(|m| m.batches >= 2);
     let variance = image.rgb("Variance").filter(|_| trusted).map(|planes| planes.map(<[f32]>::to_vec));
-    let shares_paths = metadata.as_ref().is_some_and(Metadata::reuses_paths);
-    let reference = Reference { width: image.width, height: image.height, rgb, variance, shares_paths };
+    let reuses_paths = metadata.as_ref().is_some_and(Metadata::reuses_paths);
+    let reference = Reference { width: image.width, height: image.height, rgb, variance, reuses_paths };
     if reference.mean() <= 0.0 {
         return Err(wrong("it is black, or holds no finite value".into()));
     }

@@ -47,7 +47,7 @@ pub(crate) struct Setup {
     pub(crate) compile_seconds: f64,
     pub(crate) device_bytes: u64,
     pub(crate) triangles: u64,
-    /// Whether pixels reuse one another's paths.
+    /// Whether pixels use one another's paths.
     pub(crate) reuses_paths: bool,
 }
 
@@ -112,7 +112,7 @@ pub(crate) struct Run {
     /// Where all points of a pixel are of one sequence: the seed that gives this stream samples of
     /// its own.
     seed: Option<u32>,
-    /// Whether pixels reuse one another's paths.
+    /// Whether pixels use one another's paths.
     pub(crate) reuses_paths: bool,
     begun: Counts,
     /// Work that is done so far.

@@ -2,19 +2,22 @@
 
 use crate::student_t_quantile;
 
-/// Half-width √(1/δ)·σ of Chebyshev's inequality: the mean is off by this much or more with probability at most δ, whatever the
-/// distribution, given the *true* standard error σ of the mean. With an estimated σ it is no longer a guarantee.
+/// Half-width √(1/δ)·σ of Chebyshev's inequality: the mean is off by this much or more with
+/// probability at most δ, whatever the distribution, given the *true* standard error σ of the mean.
+/// With an estimated σ it is no longer a guarantee.
 pub fn chebyshev_half_width(delta: f64, standard_error: f64) -> f64 {
     standard_error / delta.sqrt()
 }
 
-/// Samples after which Chebyshev's half-width at probability δ is `half_width`, for samples of variance `variance`.
+/// Samples after which Chebyshev's half-width at probability δ is `half_width`, for samples of
+/// variance `variance`.
 pub fn chebyshev_samples(delta: f64, variance: f64, half_width: f64) -> f64 {
     variance / (delta * half_width * half_width)
 }
 
-/// Half-width of the two-sided Student-t interval at `confidence` (0.95, say) for a standard error of `dof` degrees of freedom.
-/// Exact for normal samples; otherwise by the central limit theorem, for means of enough samples without heavy tails.
+/// Half-width of the two-sided Student-t interval at `confidence` (0.95, say) for a standard error
+/// of `dof` degrees of freedom. Exact for normal samples; otherwise by the central limit theorem,
+/// for means of enough samples without heavy tails.
 pub fn student_t_half_width(confidence: f64, standard_error: f64, dof: f64) -> f64 {
     student_t_quantile(0.5 + 0.5 * confidence, dof) * standard_error
 }

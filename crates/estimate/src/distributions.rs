@@ -1,13 +1,16 @@
-//! Normal, Student-t and χ² distributions: lower tail (`_cdf`), upper tail (`_survival`) and quantile.
+//! Normal, Student-t and χ² distributions: lower tail (`_cdf`), upper tail (`_survival`) and
+//! quantile.
 //!
-//! Tails come from `statrs` (incomplete beta and gamma functions); quantiles invert the smaller tail, so that they keep
-//! their accuracy far out, where Šidák's correction over many pixels needs them.
+//! Tails come from `statrs` (incomplete beta and gamma functions); quantiles invert the smaller
+//! tail, so that they keep their accuracy far out, where Šidák's correction over many pixels needs
+//! them.
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc_inv;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Degrees of freedom from which a t distribution is taken as normal: their tails beyond t differ by about t⁴/(4ν) relatively.
+/// Degrees of freedom from which a t distribution is taken as normal: their tails beyond t differ
+/// by about t⁴/(4ν) relatively.
 const NORMAL_DOF: f64 = 1e7;
 
 /// P(X ≤ x) of a standard normal variable.
@@ -17,7 +20,8 @@ pub fn normal_cdf(x: f64) -> f64 {
 
 /// P(X > x) of a standard normal variable.
 ///
-/// Half of the upper tail of χ² with one degree of freedom: the library's complementary error function has nine digits only.
+/// Half of the upper tail of χ² with one degree of freedom: the library's complementary error
+/// function has nine digits only.
 pub fn normal_survival(x: f64) -> f64 {
     let half = 0.5 * chi_squared_survival(x * x, 1.0);
     if x < 0.0 { 1.0 - half } else { half }
@@ -33,7 +37,8 @@ pub fn normal_quantile(p: f64) -> f64 {
         return f64::INFINITY.copysign(p - 0.5);
     }
     let guess = SQRT_2 * erfc_inv(2.0 * tail);
-    // One Newton step on the logarithm of the tail takes the library's nine or more digits to full precision.
+    // One Newton step on the logarithm of the tail takes the library's nine or more digits to full
+    // precision.
     let (q, density) = (normal_survival(guess), (-0.5 * guess * guess).exp() / (2.0 * PI).sqrt());
     let x = if density > 0.0 && q > 0.0 { guess + (q / tail).ln() * q / density } else { guess };
     x.copysign(p - 0.5)
@@ -122,7 +127,8 @@ pub fn chi_squared_quantile(p: f64, dof: f64) -> f64 {
     }
 }
 
-/// Solves tail(x) = p for x ≥ 0, where `tail` falls with slope −`density`: Newton steps on ln tail, kept inside a bracket.
+/// Solves tail(x) = p for x ≥ 0, where `tail` falls with slope −`density`: Newton steps on ln tail,
+/// kept inside a bracket.
 fn invert(tail: impl Fn(f64) -> f64, density: impl Fn(f64) -> f64, p: f64, guess: f64) -> f64 {
     let (mut low, mut high) = (0.0, guess.max(1.0));
     while tail(high) > p {

@@ -1,4 +1,4 @@
-//! Goodness of fit: do samples follow the density they claim, are p-values uniform?
+//! Goodness of fit: do samples follow their stated density, are p-values uniform?
 
 use crate::chi_squared_survival;
 
@@ -22,7 +22,8 @@ pub enum ChiSquaredError {
         /// Its expected count.
         value: f64,
     },
-    /// The expected counts do not add up to the number of samples: the density does not integrate to one.
+    /// The expected counts do not add up to the number of samples: the density does not integrate
+    /// to one.
     #[error("{observed} samples were drawn, but the density expects {expected}")]
     Total {
         /// Samples drawn.
@@ -48,12 +49,13 @@ pub struct ChiSquaredTest {
     pub pooled: usize,
 }
 
-/// Pearson's χ² test of cell counts. Cells expected fewer than `min_expected` times (5 is customary, after Cochran 1954)
-/// are pooled into one, smallest first, until that reaches it. A sample in a cell of no probability is a certain failure.
+/// Pearson's χ² test of cell counts. Cells expected fewer than `min_expected` times (5 is
+/// customary, after Cochran 1954) are pooled into one, smallest first, until that reaches it. A
+/// sample in a cell of no probability is a certain failure.
 ///
 /// # Errors
-/// Where the tables do not fit, an expected count is negative, the totals differ by more than 0.1 % (an error of the density,
-/// to be reported and not tested), or fewer than two cells remain.
+/// Where the tables do not fit, an expected count is negative, the totals differ by more than 0.1 %
+/// (an error of the density, to be reported and not tested), or fewer than two cells remain.
 pub fn chi_squared_test(
     observed: &[u64],
     expected: &[f64],
@@ -115,9 +117,9 @@ pub struct UniformityTest {
 
 /// Kolmogorov–Smirnov test that values, such as p-values, are uniform on [0, 1].
 ///
-/// The p-value is Kolmogorov's series with Stephens' correction for finite n ("Use of the Kolmogorov–Smirnov, Cramér–von
-/// Mises and related statistics without extensive tables", JRSS B 32 (1970)): good to three digits from n = 8 on.
-/// No values, or one that is not a number, give NaN.
+/// The p-value is Kolmogorov's series with Stephens' correction for finite n ("Use of the
+/// Kolmogorov–Smirnov, Cramér–von Mises and related statistics without extensive tables", JRSS B 32
+/// (1970)): good to three digits from n = 8 on. No values, or one that is not a number, give NaN.
 pub fn uniformity_test(values: &[f64]) -> UniformityTest {
     let n = values.len() as f64;
     if values.is_empty() || values.iter().any(|value| value.is_nan()) {
@@ -131,7 +133,8 @@ pub fn uniformity_test(values: &[f64]) -> UniformityTest {
     UniformityTest { distance, p: kolmogorov_survival(lambda) }
 }
 
-/// P(K > λ) of Kolmogorov's distribution: 2 Σ (−1)^(k−1) exp(−2k²λ²), or its theta transform where that converges faster.
+/// P(K > λ) of Kolmogorov's distribution: 2 Σ (−1)^(k−1) exp(−2k²λ²), or its theta transform where
+/// that converges faster.
 fn kolmogorov_survival(lambda: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if lambda < 0.04 {
@@ -161,11 +164,11 @@ mod tests {
 
     #[test]
     fn small_cells_are_pooled() {
-        // Expected 1, 2, 3 pool to 6; the rest stand alone.
+        // Expected 1, 2, 3 pool to 6; the rest remain alone.
         let test = chi_squared_test(&[1, 40, 2, 3, 54], &[2.0, 42.0, 1.0, 3.0, 52.0], 5.0).unwrap();
         assert_eq!((test.pooled, test.dof), (3, 2.0));
         assert!((test.statistic - (4.0 / 42.0 + 4.0 / 52.0)).abs() < 1e-12);
-        // Too little for a cell of its own: the next larger one joins the pool.
+        // Too little for a separate cell: the next larger one joins the pool.
         let test = chi_squared_test(&[1, 40, 59], &[1.0, 40.0, 59.0], 5.0).unwrap();
         assert_eq!((test.pooled, test.dof), (2, 1.0));
     }
@@ -201,7 +204,8 @@ mod tests {
 
     #[test]
     fn kolmogorov_table() {
-        // Critical values of the limiting distribution: 1.2238 (10 %), 1.3581 (5 %), 1.6276 (1 %); median 0.82757.
+        // Critical values of the limiting distribution: 1.2238 (10 %), 1.3581 (5 %), 1.6276 (1 %);
+        // median 0.82757.
         for (lambda, p) in [(1.22385, 0.1), (1.35810, 0.05), (1.62762, 0.01), (0.827574, 0.5)] {
             assert!((kolmogorov_survival(lambda) - p).abs() < 2e-5, "{lambda}");
         }

@@ -1,4 +1,4 @@
-//! Tests of means, with what they could and could not have seen.
+//! Tests of means, with the differences that they can and cannot detect.
 
 use crate::{normal_quantile, normal_survival, student_t_survival};
 
@@ -20,14 +20,14 @@ impl Estimate {
     }
 }
 
-/// Degrees of freedom of a sum of independent variances, given as pairs of variance and its degrees of freedom:
-/// (Σv)² / Σ(v²/ν) (Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics 2 (1946)).
-/// Infinite where all variances are 0.
+/// Degrees of freedom of a sum of independent variances, given as pairs of variance and its degrees
+/// of freedom: (Σv)² / Σ(v²/ν) (Satterthwaite, "An approximate distribution of estimates of
+/// variance components", Biometrics 2 (1946)). Infinite where all variances are 0.
 pub fn satterthwaite(terms: &[(f64, f64)]) -> f64 {
     let sum: f64 = terms.iter().map(|&(variance, _)| variance).sum();
     // Normalised first: variances of dim pixels squared would underflow.
     let spread: f64 = terms.iter().filter(|term| term.0 > 0.0).map(|&(v, dof)| (v / sum).powi(2) / dof).sum();
-    // An empty sum is −0, whose reciprocal is not wanted.
+    // An empty sum is −0, whose reciprocal would be −∞.
     if spread > 0.0 { 1.0 / spread } else { f64::INFINITY }
 }
 
@@ -44,9 +44,10 @@ pub struct WelchTest {
     pub p: f64,
 }
 
-/// Welch's test that two means are equal where their variances need not be (Welch, Biometrika 34 (1947); as a
-/// judge of renderers: Jung, Hanika, Dachsbacher, "Detecting bias in Monte Carlo renderers using Welch's t-test", JCGT 9(2)
-/// (2020)). Where neither has variance, p is 1 for equal and 0 for different means.
+/// Welch's test that two means are equal where their variances need not be (Welch, Biometrika 34
+/// (1947); as a judge of renderers: Jung, Hanika, Dachsbacher, "Detecting bias in Monte Carlo
+/// renderers using Welch's t-test", JCGT 9(2) (2020)). Where neither has variance, p is 1 for equal
+/// and 0 for different means.
 pub fn welch_test(a: &Estimate, b: &Estimate) -> WelchTest {
     let difference = a.mean - b.mean;
     let standard_error = (a.variance + b.variance).sqrt();
@@ -66,11 +67,12 @@ pub struct ZTest {
     pub z: f64,
     /// Probability of at least this |z| where the truth holds.
     pub p: f64,
-    /// The difference from the truth that a test at the level asked for would miss once in ten.
+    /// The difference from the truth that a test at the requested level would miss once in ten.
     pub detectable: f64,
 }
 
-/// Tests a mean with a well-known standard error against a truth; `alpha` is the level that `detectable` is stated for.
+/// Tests a mean with a well-known standard error against a truth; `alpha` is the level that
+/// `detectable` is stated for.
 pub fn z_test(mean: f64, standard_error: f64, truth: f64, alpha: f64) -> ZTest {
     let difference = mean - truth;
     let z = if difference == 0.0 { 0.0 } else { difference / standard_error };
@@ -83,20 +85,22 @@ pub fn detectable_bias(standard_error: f64, alpha: f64, power: f64) -> f64 {
     (normal_quantile(1.0 - 0.5 * alpha) + normal_quantile(power)) * standard_error
 }
 
-/// Samples that a two-sided test at level `alpha` needs to find a relative bias with probability `power`, where one sample has
-/// the coefficient of variation `cv` (σ/mean): 14.9·(cv/bias)² at α = 0.01 and power 0.9.
+/// Samples that a two-sided test at level `alpha` needs to find a relative bias with probability
+/// `power`, where one sample has the coefficient of variation `cv` (σ/mean): 14.9·(cv/bias)² at α =
+/// 0.01 and power 0.9.
 pub fn samples_to_detect(cv: f64, bias: f64, alpha: f64, power: f64) -> f64 {
     (detectable_bias(cv, alpha, power) / bias).powi(2)
 }
 
-/// Level of each of `tests` independent tests for which any false alarm has probability `alpha`:
-/// 1 − (1−α)^(1/m) (Šidák, "Rectangular confidence regions for the means of multivariate normal distributions", JASA 62
-/// (1967)). On the safe side for positively dependent tests of normal means.
+/// Level of each of `tests` independent tests for which any false alarm has probability `alpha`: 1
+/// − (1−α)^(1/m) (Šidák, "Rectangular confidence regions for the means of multivariate normal
+/// distributions", JASA 62 (1967)). On the safe side for positively dependent tests of normal
+/// means.
 pub fn sidak_level(alpha: f64, tests: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-alpha) / tests as f64)
 }
 
-/// The smallest of `tests` independent p-values, corrected for having looked at all of them: 1 − (1−p)^m.
+/// The smallest of `tests` independent p-values, corrected for the choice among them: 1 − (1−p)^m.
 pub fn sidak_adjusted(smallest_p: f64, tests: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-smallest_p) * tests as f64)
 }
@@ -116,7 +120,8 @@ mod tests {
 
     #[test]
     fn power_is_what_it_says() {
-        // A bias of the detectable size is found in 90 % of 4,000 trials: 5 standard errors are 2.4 %.
+        // A bias of the detectable size is found in 90 % of 4,000 trials: 5 standard errors are 2.4
+        // %.
         let mut random = Random::new(11);
         let bias = detectable_bias(1.0, 0.01, 0.9);
         let found = (0..4000).filter(|_| z_test(bias + random.normal(), 1.0, 0.0, 0.01).p < 0.01).count();
@@ -125,8 +130,8 @@ mod tests {
 
     #[test]
     fn welch_worked_example() {
-        // Two samples by hand: means 3 and 5, s² = 2.5 (n 5) and 6 (n 4): v = 0.5 and 1.5, t = −2/√2,
-        // ν = 4 / (0.25/4 + 2.25/3) = 4.923077.
+        // Two samples by hand: means 3 and 5, s² = 2.5 (n 5) and 6 (n 4): v = 0.5 and 1.5, t =
+        // −2/√2, ν = 4 / (0.25/4 + 2.25/3) = 4.923077.
         let a: Moments = [1.0, 2.0, 3.0, 4.0, 5.0].into_iter().collect();
         let b: Moments = [2.0, 4.0, 6.0, 8.0].into_iter().collect();
         let of = |m: &Moments, variance: f64| Estimate { mean: m.mean(), variance, dof: m.count() as f64 - 1.0 };
@@ -161,7 +166,8 @@ mod tests {
         let one = Estimate::exact(1.0);
         assert_eq!(welch_test(&one, &one).p, 1.0);
         assert_eq!(welch_test(&one, &Estimate::exact(1.5)).p, 0.0);
-        // Against a known value Welch's test is Student's, with the degrees of freedom of the other.
+        // Against a known value Welch's test is Student's, with the degrees of freedom of the
+        // other.
         let measured = Estimate { mean: 2.0, variance: 0.25, dof: 15.0 };
         assert!((welch_test(&measured, &one).dof - 15.0).abs() < 1e-12);
         // Dim pixels: the squares of these variances are not representable.

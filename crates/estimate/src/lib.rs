@@ -1,9 +1,10 @@
-//! The mathematics of Monte Carlo estimates, without any rendering: moments, intervals, tests, tails,
-//! quadrature and low-discrepancy points.
+//! The mathematics of Monte Carlo estimates, without any rendering: moments, intervals, tests,
+//! tails, quadrature and low-discrepancy points.
 //!
-//! Names follow Bala's lecture "Monte Carlo Rendering" (CS 6620): a *primary estimator* is f(x)/p(x) of one sample, a
-//! *secondary estimator* the mean of N of them, with variance σ²/N. Every function names its source; arguments outside
-//! a function's domain give NaN unless an error is documented.
+//! Names follow Bala's lecture "Monte Carlo Rendering" (CS 6620): a *primary estimator* is
+//! f(x)/p(x) of one sample, a *secondary estimator* the mean of N of them, with variance σ²/N.
+//! Every function names its source; arguments outside a function's domain give NaN unless an error
+//! is documented.
 //!
 //! ```
 //! use surelight_estimate::{Estimate, Moments, student_t_half_width, welch_test};

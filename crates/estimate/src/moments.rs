@@ -1,10 +1,11 @@
 //! Moments of a stream of samples, to the fourth order.
 
-/// Count, mean and central sums Σ(x−m)², Σ(x−m)³, Σ(x−m)⁴ of the samples seen.
+/// Count, mean and central sums Σ(x−m)², Σ(x−m)³, Σ(x−m)⁴ of the samples.
 ///
-/// One pass, without the cancellation of raw power sums: Welford 1962 for the second order; Pébay, "Formulas for robust,
-/// one-pass parallel computation of covariances and arbitrary-order statistical moments", SAND2008-6212 (2008), equations
-/// 2.1 and 3.1 for adding samples and for merging.
+/// One pass, without the cancellation of raw power sums: Welford 1962 for the second order; Pébay,
+/// "Formulas for robust, one-pass parallel computation of covariances and arbitrary-order
+/// statistical moments", SAND2008-6212 (2008), equations 2.1 and 3.1 for adding samples and for
+/// merging.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Moments {
     count: u64,
@@ -20,7 +21,7 @@ impl Moments {
         self.merge(&Self { count: 1, mean: x, ..Self::default() });
     }
 
-    /// Adds all samples that another has seen.
+    /// Adds all samples of another.
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -44,7 +45,7 @@ impl Moments {
         self.count += other.count;
     }
 
-    /// Samples seen.
+    /// Number of samples.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -59,7 +60,8 @@ impl Moments {
         if self.count < 2 { f64::NAN } else { self.m2 / (self.count - 1) as f64 }
     }
 
-    /// Variance of the samples as a whole population, Σ(x−m)²/n, which is the mean of x² less the square of the mean; NaN without samples.
+    /// Variance of the samples as a whole population, Σ(x−m)²/n, which is the mean of x² less the
+    /// square of the mean; NaN without samples.
     pub fn population_variance(&self) -> f64 {
         self.m2 / self.count as f64
     }
@@ -81,8 +83,9 @@ impl Moments {
 
     /// Relative variance of the variance, Σ(x−m)⁴/(Σ(x−m)²)² − 1/n; NaN without spread.
     ///
-    /// MCNP's test of an error bar asks for less than 0.1, falling as 1/n (Pederson, Forster, Booth, "Confidence interval
-    /// procedures for Monte Carlo transport simulations", Nuclear Science and Engineering 127 (1997)).
+    /// MCNP's test of an error bar requires less than 0.1, falling as 1/n (Pederson, Forster,
+    /// Booth, "Confidence interval procedures for Monte Carlo transport simulations", Nuclear
+    /// Science and Engineering 127 (1997)).
     pub fn variance_of_variance(&self) -> f64 {
         self.m4 / (self.m2 * self.m2) - 1.0 / self.count as f64
     }
@@ -140,7 +143,8 @@ mod tests {
 
     #[test]
     fn shapes_of_known_populations() {
-        // Two points: skewness 0, kurtosis 1. One in four: skewness (1−2p)/√(pq) = 2/√3, excess 1/(pq) − 6 = −2/3.
+        // Two points: skewness 0, kurtosis 1. One in four: skewness (1−2p)/√(pq) = 2/√3, excess
+        // 1/(pq) − 6 = −2/3.
         let coin: Moments = [0.0, 1.0].into_iter().collect();
         assert_eq!((coin.skewness(), coin.excess_kurtosis()), (0.0, -2.0));
         let quarter: Moments = [0.0, 0.0, 0.0, 1.0].into_iter().collect();

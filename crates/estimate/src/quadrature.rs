@@ -26,7 +26,7 @@ pub enum RuleError {
     /// The tensor product has too many points to count.
     #[error("{points} points in each of {dimensions} dimensions are too many")]
     TooMany {
-        /// Points a dimension.
+        /// Points per dimension.
         points: usize,
         /// Dimensions.
         dimensions: usize,
@@ -66,7 +66,8 @@ impl Rule {
 /// Nodes and weights of Gauss–Legendre quadrature on [−1, 1], in ascending order.
 ///
 /// Nodes are the zeros of the Legendre polynomial, by Newton's method from Tricomi's approximation
-/// cos(π(i − ¼)/(n + ½)); weights 2/((1 − x²) P′(x)²) (Davis & Rabinowitz, "Methods of Numerical Integration", 1984, section 2.7).
+/// cos(π(i − ¼)/(n + ½)); weights 2/((1 − x²) P′(x)²) (Davis & Rabinowitz, "Methods of Numerical
+/// Integration", 1984, section 2.7).
 pub fn gauss_legendre(points: usize) -> Vec<(f64, f64)> {
     let n = points as f64;
     let mut nodes = vec![(0.0, 0.0); points];
@@ -114,10 +115,12 @@ pub fn integrate(rule: Rule, points: usize, [a, b]: [f64; 2], mut f: impl FnMut(
     integrate_box(rule, points, &[[a, b]], |x| f(x[0]))
 }
 
-/// ∫ f over a box by the tensor product of a rule: `points`^dimensions evaluations. Without dimensions it is f at the only point.
+/// ∫ f over a box by the tensor product of a rule: `points`^dimensions evaluations. Without
+/// dimensions it is f at the only point.
 ///
 /// # Errors
-/// Where the rule does not exist for this number of points, or the number of evaluations exceeds 2⁴⁸.
+/// Where the rule does not exist for this number of points, or the number of evaluations exceeds
+/// 2⁴⁸.
 pub fn integrate_box(
     rule: Rule,
     points: usize,

@@ -1,11 +1,14 @@
-//! Confidence sequences: intervals that hold at *all* times at once, so that one may look as often as one likes and stop
-//! when it suits. A fixed-time interval, looked at again and again, misses far more often than it says.
+//! Confidence sequences: intervals that hold at *all* times at once, so that one may evaluate them
+//! at any time and stop at will. A fixed-time interval that is evaluated repeatedly misses far more
+//! often than its level.
 
-/// Asymptotic confidence sequence for the mean of samples with finite variance: Waudby-Smith, Arbour, Sinha, Kennedy, Ramdas,
-/// "Time-uniform central limit theory and asymptotic confidence sequences", arXiv 2103.06476, theorem 2.2.
+/// Asymptotic confidence sequence for the mean of samples with finite variance: Waudby-Smith,
+/// Arbour, Sinha, Kennedy, Ramdas, "Time-uniform central limit theory and asymptotic confidence
+/// sequences", arXiv 2103.06476, theorem 2.2.
 ///
-/// The guarantee is reached as the first look moves out: discard looks before a burn-in (256 samples or more), and
-/// distrust it for heavy tails, where the sample variance lags behind.
+/// The guarantee is asymptotic in the time of the first evaluation: discard intervals before a
+/// burn-in (256 samples or more), and distrust it for heavy tails, where the sample variance lags
+/// behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AsymptoticSequence {
     alpha: f64,
@@ -13,8 +16,8 @@ pub struct AsymptoticSequence {
 }
 
 impl AsymptoticSequence {
-    /// At error probability `alpha`, narrowest about sample number `tightest_at` (section B.2 of the paper:
-    /// ρ² = (−2 ln α + ln(−2 ln α) + 1)/t).
+    /// At error probability `alpha`, narrowest about sample number `tightest_at` (section B.2 of
+    /// the paper: ρ² = (−2 ln α + ln(−2 ln α) + 1)/t).
     pub fn new(alpha: f64, tightest_at: f64) -> Self {
         let l = -2.0 * alpha.ln();
         Self { alpha, rho_squared: (l + l.ln() + 1.0) / tightest_at }
@@ -29,9 +32,9 @@ impl AsymptoticSequence {
     }
 }
 
-/// Confidence sequence for the mean of *bounded* samples, valid at every sample number without any limit argument: the
-/// predictable plug-in empirical-Bernstein sequence of Waudby-Smith & Ramdas, "Estimating means of bounded random variables by
-/// betting", JRSS B 86 (2024), theorem 2.
+/// Confidence sequence for the mean of *bounded* samples, valid at every sample number without any
+/// limit argument: the predictable plug-in empirical-Bernstein sequence of Waudby-Smith & Ramdas,
+/// "Estimating means of bounded random variables by betting", JRSS B 86 (2024), theorem 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmpiricalBernstein {
     alpha: f64,
@@ -94,7 +97,8 @@ mod tests {
     use crate::Moments;
     use crate::testing::Random;
 
-    /// Share of 1,000 runs in which an interval, looked at every 16 samples from `burn_in` to 4096, ever misses.
+    /// Share of 1,000 runs in which an interval, evaluated every 16 samples from `burn_in` to 4096,
+    /// ever misses.
     fn ever_misses(burn_in: u64, half_width: impl Fn(f64, f64) -> f64) -> f64 {
         let mut random = Random::new(77);
         let misses = (0..1000)
@@ -116,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn asymptotic_sequence_holds_at_all_looks_and_a_fixed_interval_does_not() {
+    fn asymptotic_sequence_holds_at_all_times_and_a_fixed_interval_does_not() {
         let sequence = AsymptoticSequence::new(0.05, 1024.0);
         let share = ever_misses(256, |n, s| sequence.half_width(n, s));
         // 0.05 plus three standard errors of 1,000 runs.
@@ -126,8 +130,9 @@ mod tests {
     }
 
     #[test]
-    fn asymptotic_sequence_is_tightest_where_asked() {
-        // Against the fixed-time interval of the same n, the excess is least near the chosen time, and only logarithmic.
+    fn asymptotic_sequence_is_tightest_where_requested() {
+        // Against the fixed-time interval of the same n, the excess is least near the chosen time,
+        // and only logarithmic.
         let ratio = |n: f64| AsymptoticSequence::new(0.05, 1000.0).half_width(n, 1.0) * n.sqrt();
         let other = |n: f64, t: f64| AsymptoticSequence::new(0.05, t).half_width(n, 1.0);
         assert!(other(1000.0, 1000.0) < other(1000.0, 100.0) && other(1000.0, 1000.0) < other(1000.0, 10_000.0));
@@ -139,7 +144,8 @@ mod tests {
 
     #[test]
     fn empirical_bernstein_holds_from_the_first_sample() {
-        // A firefly: 64 with probability 1/64, mean 1. 1,000 runs of 4096 samples, every sample looked at.
+        // A firefly: 64 with probability 1/64, mean 1. 1,000 runs of 4096 samples, evaluated at
+        // every sample.
         let mut random = Random::new(5);
         let (mut misses, mut width) = (0, 0.0);
         for _ in 0..1000 {

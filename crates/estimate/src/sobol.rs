@@ -1,12 +1,13 @@
-//! Owen-scrambled Sobol points in two dimensions: the CPU twin of `shaders/core/sampler`.
+//! Owen-scrambled Sobol points in two dimensions: the CPU counterpart of `shaders/core/sampler`.
 //!
-//! A pair of dimensions is a (0, 2)-sequence in base 2: of any aligned run of 2^m points, exactly one falls into each
-//! dyadic cell of area 2^−m, whatever its shape. Owen scrambling keeps that and makes each point uniform, so that the mean is
-//! unbiased. More dimensions are padded by independently shuffled and scrambled pairs (Burley, "Practical hash-based Owen
-//! scrambling", JCGT 9(4) (2020), sections 3–5).
+//! A pair of dimensions is a (0, 2)-sequence in base 2: of any aligned run of 2^m points, exactly
+//! one falls into each dyadic cell of area 2^−m, whatever its shape. Owen scrambling keeps that and
+//! makes each point uniform, so that the mean is unbiased. More dimensions are padded by
+//! independently shuffled and scrambled pairs (Burley, "Practical hash-based Owen scrambling", JCGT
+//! 9(4) (2020), sections 3–5).
 
-/// PCG's output permutation over one step of a linear congruential generator (Jarzynski & Olano, "Hash functions for GPU
-/// rendering", JCGT 9(3) (2020), "pcg").
+/// PCG's output permutation over one step of a linear congruential generator (Jarzynski & Olano,
+/// "Hash functions for GPU rendering", JCGT 9(3) (2020), "pcg").
 pub fn hash_u32(v: u32) -> u32 {
     let state = v.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
@@ -23,9 +24,10 @@ pub fn unit_from_bits(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1u32 << 24) as f32
 }
 
-/// Nested uniform (Owen) scrambling of a *bit-reversed* number: a bit is flipped by a hash of the bits below it, so here of
-/// the digits before it (Laine & Karras, "Stratified sampling for stochastic transparency", EGSR 2011, with the constants of
-/// Vegdahl, "Building a better LK hash", 2021).
+/// Nested uniform (Owen) scrambling of a *bit-reversed* number: a bit is flipped by a hash of the
+/// bits below it, so here of the digits before it (Laine & Karras, "Stratified sampling for
+/// stochastic transparency", EGSR 2011, with the constants of Vegdahl, "Building a better LK hash",
+/// 2021).
 fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -34,9 +36,10 @@ fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// Second dimension of Sobol's sequence, bit-reversed: Pascal's triangle modulo 2 times the index. By Lucas' theorem an entry is one
-/// where the row's bits contain the column's, so the product is a sum over supersets: five xor-shifts (Ahmed, "An
-/// implementation algorithm of 2D Sobol sequence fast, elegant, and compact", EGSR 2024).
+/// Second dimension of Sobol's sequence, bit-reversed: Pascal's triangle modulo 2 times the index.
+/// By Lucas' theorem an entry is one where the row's bits contain the column's, so the product is a
+/// sum over supersets: five xor-shifts (Ahmed, "An implementation algorithm of 2D Sobol sequence
+/// fast, elegant, and compact", EGSR 2024).
 fn second_reversed(index: u32) -> u32 {
     let mut v = index;
     v ^= (v >> 16) & 0x0000_ffff;
@@ -51,9 +54,11 @@ pub fn sobol_2d_plain(index: u32) -> [u32; 2] {
     [index.reverse_bits(), second_reversed(index).reverse_bits()]
 }
 
-/// Point `index` of the shuffled and scrambled (0, 2)-sequence that `seed` names, as binary fractions of 2³².
+/// Point `index` of the shuffled and scrambled (0, 2)-sequence that `seed` names, as binary
+/// fractions of 2³².
 ///
-/// Shuffling the index by an Owen scramble keeps aligned blocks of 2^m points together, so every aligned block is still a net.
+/// Shuffling the index by an Owen scramble keeps aligned blocks of 2^m points together, so every
+/// aligned block is still a net.
 pub fn sobol_2d(index: u32, seed: u32) -> [u32; 2] {
     let shuffled = owen_reversed(index.reverse_bits(), seed).reverse_bits();
     [
@@ -62,7 +67,8 @@ pub fn sobol_2d(index: u32, seed: u32) -> [u32; 2] {
     ]
 }
 
-/// Two coordinates in [0, 1) of a path: sample `index` of `replicate`, dimension pair `pair`, at `pixel`.
+/// Two coordinates in [0, 1) of a path: sample `index` of `replicate`, dimension pair `pair`, at
+/// `pixel`.
 pub fn sample_2d(pixel: u32, replicate: u32, index: u32, seed: u32, pair: u32) -> [f32; 2] {
     let key = hash_combine(hash_combine(hash_u32(pixel), replicate), seed);
     sobol_2d(index, hash_combine(key, pair)).map(unit_from_bits)
@@ -73,8 +79,9 @@ mod tests {
     use super::*;
     use crate::{Moments, chi_squared_test, uniformity_test};
 
-    /// Sobol's construction from direction numbers (Joe & Kuo 2008): dimension 1 is the identity, dimension 2 has the primitive
-    /// polynomial x + 1 and m₁ = 1, so v₁ = ½ and v_{k+1} = v_k ⊕ v_k/2.
+    /// Sobol's construction from direction numbers (Joe & Kuo 2008): dimension 1 is the identity,
+    /// dimension 2 has the primitive polynomial x + 1 and m₁ = 1, so v₁ = ½ and v_{k+1} = v_k ⊕
+    /// v_k/2.
     fn by_direction_numbers(index: u32) -> [u32; 2] {
         let (mut x, mut y) = (0u32, 0u32);
         let mut v = 1u32 << 31;
@@ -126,7 +133,8 @@ mod tests {
 
     #[test]
     fn scrambling_is_a_bijection_that_keeps_prefixes() {
-        // Reversed numbers that agree in their low k bits agree there after scrambling, and differ where they first differ.
+        // Reversed numbers that agree in their low k bits agree there after scrambling, and differ
+        // where they first differ.
         for seed in (0..500).map(hash_u32) {
             for bit in 0..32 {
                 let x = hash_u32(seed ^ bit);
@@ -138,7 +146,8 @@ mod tests {
 
     #[test]
     fn each_point_is_uniform_over_scrambles() {
-        // χ² over 16 × 16 cells of point 3 for 100,000 seeds, and every bit set half of the time: α = 0.001 for each of six tests.
+        // χ² over 16 × 16 cells of point 3 for 100,000 seeds, and every bit set half of the time:
+        // α = 0.001 for each of six tests.
         for index in [0u32, 3, 12_345] {
             let mut counts = vec![0u64; 256];
             let mut ones = [0u64; 64];
@@ -176,15 +185,17 @@ mod tests {
 
     #[test]
     fn smooth_integrands_converge_fast_and_without_bias() {
-        // Owen scrambling gives N^−1.5 up to logarithms for smooth functions; independent samples N^−0.5.
+        // Owen scrambling gives N^−1.5 up to logarithms for smooth functions; independent samples
+        // N^−0.5.
         let slope = (rms(1024) / rms(16)).log2() / 6.0;
         assert!(slope < -1.3, "{slope}");
     }
 
     #[test]
     fn replicates_are_independent() {
-        // Means of 16 points of f = x over replicates, as standardised by their own spread, are uncorrelated between pairs of
-        // dimensions and between replicates: 1,000 products, 4 standard errors.
+        // Means of 16 points of f = x over replicates, as standardised by their own spread, are
+        // uncorrelated between pairs of dimensions and between replicates: 1,000 products, 4
+        // standard errors.
         let mean = |replicate: u32, pair: u32| {
             (0..16).map(|i| f64::from(sample_2d(5, replicate, i, 9, pair)[0])).sum::<f64>() / 16.0 - 0.5
         };
@@ -207,7 +218,8 @@ mod tests {
 
     #[test]
     fn pcg_published_value() {
-        // From the published constants, worked in wide integers: state = 42·747796405 + 2891336453 mod 2³².
+        // From the published constants, worked in wide integers: state = 42·747796405 + 2891336453
+        // mod 2³².
         let state = ((42u64 * 747_796_405 + 2_891_336_453) % (1 << 32)) as u32;
         let word = (((state >> ((state >> 28) + 4)) ^ state) as u64 * 277_803_737 % (1 << 32)) as u32;
         assert_eq!(hash_u32(42), word >> 22 ^ word);

@@ -1,31 +1,33 @@
-//! How heavy is the tail? Where the variance is (nearly) infinite no error bar is honest.
+//! How heavy is the tail? Where the variance is (nearly) infinite no error bar is reliable.
 
 /// A generalised Pareto distribution fitted to the largest samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParetoFit {
-    /// Shape k̂: moments of order below 1/k̂ exist. Negative for bounded tails, 0 for exponential ones.
+    /// Shape k̂: moments of order below 1/k̂ exist. Negative for bounded tails, 0 for exponential
+    /// ones.
     pub k: f64,
     /// Scale of the exceedances over the threshold.
     pub scale: f64,
     /// Samples in the tail that was fitted.
     pub tail: usize,
-    /// k̂ beyond which the mean and its error bar are unreliable at this number of samples: min(1 − 1/log₁₀ S, 0.7).
+    /// k̂ beyond which the mean and its error bar are unreliable at this number of samples: min(1 −
+    /// 1/log₁₀ S, 0.7).
     pub limit: f64,
 }
 
 impl ParetoFit {
-    /// Whether mean and error bar may be believed.
+    /// Whether mean and error bar are reliable.
     pub fn reliable(&self) -> bool {
         self.k <= self.limit
     }
 }
 
-/// Pareto k̂ of the upper tail of non-negative samples (sorted in place): Vehtari, Simpson, Gelman, Yao, Gabry, "Pareto smoothed
-/// importance sampling", JMLR 25 (2024), section 3, where the tail is the largest min(S/5, 3√S) of S samples and k̂ is drawn towards ½
-/// as if by ten more samples.
+/// Pareto k̂ of the upper tail of non-negative samples (sorted in place): Vehtari, Simpson, Gelman,
+/// Yao, Gabry, "Pareto smoothed importance sampling", JMLR 25 (2024), section 3, where the tail is
+/// the largest min(S/5, 3√S) of S samples and k̂ is drawn towards ½ as if by ten more samples.
 ///
-/// `None` where fewer than five samples make the tail, or where it has no spread (all equal: nothing to fit). Samples that are not numbers
-/// make it `None` too.
+/// `None` where fewer than five samples make the tail, or where it has no spread (all equal:
+/// nothing to fit). Samples that are not numbers make it `None` too.
 pub fn pareto_k(samples: &mut [f64]) -> Option<ParetoFit> {
     let count = samples.len() as f64;
     let tail = (0.2 * count).min(3.0 * count.sqrt()).ceil() as usize;
@@ -41,9 +43,10 @@ pub fn pareto_k(samples: &mut [f64]) -> Option<ParetoFit> {
     Some(ParetoFit { k: (k * m + 0.5 * 10.0) / (m + 10.0), scale, tail, limit: (1.0 - 1.0 / count.log10()).min(0.7) })
 }
 
-/// Shape and scale of a generalised Pareto distribution from sorted exceedances: the quasi-Bayesian profile-likelihood mean of
-/// Zhang & Stephens, "A new and efficient estimation method for the generalized Pareto distribution", Technometrics 51(3) (2009),
-/// sections 2–3 (with the sign of k as is usual today: positive for heavy tails).
+/// Shape and scale of a generalised Pareto distribution from sorted exceedances: the quasi-Bayesian
+/// profile-likelihood mean of Zhang & Stephens, "A new and efficient estimation method for the
+/// generalized Pareto distribution", Technometrics 51(3) (2009), sections 2–3 (with the sign of k
+/// as is usual today: positive for heavy tails).
 fn fit(x: &[f64]) -> Option<(f64, f64)> {
     let n = x.len();
     let quartile = x[((n as f64 / 4.0 + 0.5).floor() as usize).clamp(1, n) - 1];
@@ -97,8 +100,9 @@ mod tests {
     }
 
     #[test]
-    fn tails_are_told_apart() {
-        // 20 draws of 4096 samples each. The standard deviation of k̂ from a tail of 192 is about (1 + k)/√192 = 0.11.
+    fn tails_are_distinguished() {
+        // 20 draws of 4096 samples each. The standard deviation of k̂ from a tail of 192 is about
+        // (1 + k)/√192 = 0.11.
         let mut random = Random::new(31);
         for (k, reliable) in [(0.2, 20), (1.2, 0)] {
             let mut mean = 0.0;

@@ -1,4 +1,5 @@
-//! The worked examples of the lecture that the project starts from: Bala, "Monte Carlo Rendering", CS 6620.
+//! The worked examples of the lecture that the project starts from: Bala, "Monte Carlo Rendering",
+//! CS 6620.
 
 use surelight_estimate::{Moments, Rule, chebyshev_half_width, integrate, sobol};
 
@@ -28,7 +29,7 @@ fn primary_estimators_of_5x4() {
     for (found, expected) in primary.into_iter().zip(expected) {
         assert!((found - expected).abs() < 1e-9, "{found}");
     }
-    // The lecture tells the running mean, the secondary estimator: 2.74, 1.44, 0.96, 0.75.
+    // The lecture states the running mean, the secondary estimator: 2.74, 1.44, 0.96, 0.75.
     let mut moments = Moments::default();
     for (x, expected) in primary.into_iter().zip([2.74, 1.44, 0.96, 0.75]) {
         moments.push(x);
@@ -38,12 +39,13 @@ fn primary_estimators_of_5x4() {
 
 #[test]
 fn variance_of_5x4_is_16_ninths() {
-    // "Variance: what is it?" ∫(5x⁴)² − 1 = 25/9 − 1.
+    // "variance: what is it?" ∫(5x⁴)² − 1 = 25/9 − 1.
     let second = integrate(Rule::GaussLegendre, 5, [0.0, 1.0], |x| (5.0 * x.powi(4)).powi(2)).unwrap();
     assert!((second - 1.0 - 16.0 / 9.0).abs() < 1e-13);
     assert!((integrate(Rule::GaussLegendre, 3, [0.0, 1.0], |x| 5.0 * x.powi(4)).unwrap() - 1.0).abs() < 1e-13);
 
-    // And as estimated: for 2²⁰ samples the standard error of s² is √((μ₄ − σ⁴)/N), with μ₄ by quadrature; 4 of them.
+    // And as estimated: for 2²⁰ samples the standard error of s² is √((μ₄ − σ⁴)/N), with μ₄ by
+    // quadrature; 4 of them.
     let fourth = integrate(Rule::GaussLegendre, 9, [0.0, 1.0], |x| (5.0 * x.powi(4) - 1.0).powi(4)).unwrap();
     let n = 1u32 << 20;
     let samples: Moments =
@@ -61,8 +63,9 @@ fn variance_of_5x4_is_16_ninths() {
 
 #[test]
 fn error_falls_as_one_over_root_n() {
-    // RMS error over 2,000 runs at 16 and at 1024 independent samples. The relative standard error of an RMS is 1/√(2·2000),
-    // and the slope over log₂ 64 = 6 doublings has 0.0054: ±0.02 is 3.7 of them.
+    // RMS error over 2,000 runs at 16 and at 1024 independent samples. The relative standard error
+    // of an RMS is 1/√(2·2000), and the slope over log₂ 64 = 6 doublings has 0.0054: ±0.02 is 3.7
+    // of them.
     let rms = |n: u32| {
         let squares: Moments = (0..2000)
             .map(|run| {

@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 use crate::WriteError;
 use crate::error::io_cause;
 
-/// What the names of files end in that are being written.
+/// Suffix of the names of files that are being written.
 const SUFFIX: &str = ".part";
 
 /// Links from link to link beyond which they are taken for a circle, as on Linux.
@@ -51,7 +51,8 @@ pub fn check_writable(path: &Path) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Removes what programs left that were killed while they wrote to `path`. No other program may be writing to it now.
+/// Removes temporary files of programs that were killed while they wrote to `path`. No other
+/// program may be writing to it now.
 pub fn remove_leftovers(path: &Path) {
     let Ok(Some(target)) = locate(path) else { return };
     let prefix = temporary_prefix(&target);
@@ -60,14 +61,14 @@ pub fn remove_leftovers(path: &Path) {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if name.starts_with(&prefix) && name.ends_with(SUFFIX) {
-            // One that cannot be removed harms nobody.
+            // One that cannot be removed does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// The path that a chain of symbolic links ends at, whether there is a file or not; other paths as
-/// they are.
+/// The path at the end of a chain of symbolic links, whether there is a file or not; other paths
+/// unchanged.
 ///
 /// # Errors
 /// Where the links lead in a circle or cannot be read.
@@ -118,7 +119,7 @@ fn create_beside(target: &Path) -> Result<NamedTempFile, String> {
     builder.tempfile_in(&folder).map_err(|error| folder_cause(&folder, &error))
 }
 
-/// What temporary names of `target` begin with: a hash of its name, which may be as long as a name
+/// The prefix of temporary names of `target`: a hash of its name, which may be as long as a name
 /// can be.
 fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().as_encoded_bytes();
@@ -293,7 +294,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_full_disk_is_told() {
+    fn a_full_disk_is_reported() {
         // The device that is always full is not a plain file: written directly, never replaced.
         let path = Path::new("/dev/full");
         if path.exists() {

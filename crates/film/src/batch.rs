@@ -1,13 +1,14 @@
-//! What the device tells of one batch of a pixel's samples, in 16 bytes.
+//! The device's record of one batch of a pixel's samples, in 16 bytes.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::luminance;
 
-/// Sum of a batch's samples, and how they were spread.
+/// Sum of a batch's samples, and their spread.
 ///
-/// The fourth word holds the upper bits of two f32: 20 of the largest luminance of a sample (rounded to 1/8192 of itself), 12 of the sum of
-/// squared luminances (to 1/32). That is enough to judge a tail by. The device never writes 0 there, so that a batch that is missing shows.
+/// The fourth word holds the upper bits of two f32: 20 of the largest luminance of a sample
+/// (rounded to 1/8192 of itself), 12 of the sum of squared luminances (to 1/32). That is enough to
+/// judge a tail by. The device never writes 0 there, so that a missing batch is detected.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct BatchSum {
@@ -25,7 +26,7 @@ fn upper_bits(x: f32, dropped: u32) -> u32 {
 impl BatchSum {
     /// From the sum, the largest luminance of a sample and the sum of squared luminances.
     pub fn new(sum: [f32; 3], largest: f32, squares: f32) -> Self {
-        // Twin of `tail_word` in shaders/kernel/samples.wesl.
+        // Counterpart of `tail_word` in shaders/kernel/samples.wesl.
         Self { sum, tail: upper_bits(largest.max(f32::MIN_POSITIVE), 11) << 12 | upper_bits(squares, 19) }
     }
 
@@ -35,14 +36,15 @@ impl BatchSum {
         Self::new(radiance.map(|c| n * c), y, n * y * y)
     }
 
-    /// The same batch with what particles from the lights left in the pixel: their sum, the luminance of the largest and the sum of squared
-    /// luminances, each as a part of one sample.
+    /// The same batch with the contributions of particles from the lights to the pixel: their sum,
+    /// the luminance of the largest and the sum of squared luminances, each as a part of one
+    /// sample.
     pub fn with_particles(&self, sum: [f64; 3], largest: f32, squares: f64) -> Self {
         let both = [0, 1, 2].map(|c| (f64::from(self.sum[c]) + sum[c]) as f32);
         Self::new(both, self.largest().max(largest), (f64::from(self.squares()) + squares) as f32)
     }
 
-    /// Whether a film takes it: a sum that is not finite would poison a pixel for good.
+    /// Whether a film accepts it: a sum that is not finite would spoil a pixel permanently.
     pub(crate) fn is_finite(&self) -> bool {
         self.sum.iter().all(|sum| sum.is_finite())
     }

@@ -2,9 +2,10 @@
 
 /// An unevaluated sum `hi + lo` of two doubles with `|lo| ≤ ulp(hi)/2`.
 ///
-/// Algorithms: Dekker, "A floating-point technique for extending the available precision",
-/// Numer. Math. 18 (1971); error bounds: Joldes, Muller, Popescu, "Tight and rigorous error bounds
-/// for basic building blocks of double-word arithmetic", ACM TOMS 44(2) (2017), algorithms 4, 6, 9, 12 and 15.
+/// Algorithms: Dekker, "A floating-point technique for extending the available precision", Numer.
+/// Math. 18 (1971); error bounds: Joldes, Muller, Popescu, "Tight and rigorous error bounds for
+/// basic building blocks of double-word arithmetic", ACM TOMS 44(2) (2017), algorithms 4, 6, 9, 12
+/// and 15.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DoubleDouble {
     pub(crate) hi: f64,
@@ -14,9 +15,9 @@ pub struct DoubleDouble {
 /// Knuth's TwoSum: `a + b` as rounded sum and exact error.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
-    let b_seen = sum - a;
-    let a_seen = sum - b_seen;
-    (sum, (a - a_seen) + (b - b_seen))
+    let b_part = sum - a;
+    let a_part = sum - b_part;
+    (sum, (a - a_part) + (b - b_part))
 }
 
 /// Dekker's Fast2Sum, for `|a| ≥ |b|`.
@@ -32,7 +33,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl DoubleDouble {
-    /// The two words, `hi` first: what a checkpoint has to keep.
+    /// The two words, `hi` first: the state that a checkpoint keeps.
     pub fn words(self) -> [f64; 2] {
         [self.hi, self.lo]
     }

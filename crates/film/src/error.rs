@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum FilmError {
     /// The batch carries another number of sums than of lanes.
-    #[error("the batch has {sums} sums for {lanes} lanes; it needs one sum a lane")]
+    #[error("the batch has {sums} sums for {lanes} lanes; it needs one sum per lane")]
     LaneCount {
         /// Entries of the lane-to-pixel table.
         lanes: usize,
@@ -31,10 +31,10 @@ pub enum FilmError {
         pixel: u32,
     },
     /// A batch of no samples.
-    #[error("a batch must hold at least one sample a pixel")]
+    #[error("a batch must hold at least one sample per pixel")]
     NoSamples,
     /// A film that is no part of this one.
-    #[error("the part {inner:?} (x0, y0, x1, y1) does not lie within {outer:?} of the same image")]
+    #[error("the part {inner:?} (x0, y0, x1, y1) is not within {outer:?} of the same image")]
     Outside {
         /// Edges of the part: x0, y0, x1, y1.
         inner: [u32; 4],
@@ -59,7 +59,7 @@ pub enum FilmError {
 pub struct WriteError {
     /// The target.
     pub path: PathBuf,
-    /// What went wrong, without a full stop.
+    /// The cause, without a full stop.
     pub cause: String,
 }
 
@@ -75,7 +75,7 @@ impl WriteError {
 pub struct ReadError {
     /// The file.
     pub path: PathBuf,
-    /// What went wrong, without a full stop.
+    /// The cause, without a full stop.
     pub cause: String,
 }
 
@@ -85,7 +85,7 @@ impl ReadError {
     }
 }
 
-/// What an input/output error means to a user, in words of the path it happened at.
+/// The cause of an input/output error, in terms of the path.
 pub fn io_cause(error: &std::io::Error) -> String {
     use std::io::ErrorKind as Kind;
     match error.kind() {

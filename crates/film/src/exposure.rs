@@ -34,9 +34,9 @@ impl AutoExposure {
         Self::of_luminances(film.pixels().par_iter().map(|pixel| luminance(pixel.mean())).collect())
     }
 
-    /// The exposure of a picture with these luminances. What is not positive and finite does not
-    /// count, nor do the brightest and the darkest fiftieth of the rest: few very bright pixels, as
-    /// of fireflies and lamps, do not darken a picture.
+    /// The exposure of a picture with these luminances. Luminances that are not positive and finite
+    /// are ignored, as are the brightest and the darkest fiftieth of the rest: few very bright
+    /// pixels, as of fireflies and lamps, do not darken a picture.
     pub fn of_luminances(mut luminances: Vec<f64>) -> Self {
         luminances.retain(|y| y.is_normal() && *y > 0.0);
         if luminances.is_empty() {
@@ -104,8 +104,8 @@ pub enum Loss {
 }
 
 impl LostPixels {
-    /// What a display loses of most of a film; `None` where most pixels keep their detail, or lack
-    /// light altogether.
+    /// The detail that a display loses in most of a film; `None` where most pixels keep their
+    /// detail, or lack light altogether.
     pub fn of(film: &Film, display: &Display) -> Option<Self> {
         let scale = display.exposure_ev.exp2();
         let tally = |pixel: &crate::PixelMoments| -> [usize; 3] {
@@ -119,7 +119,7 @@ impl LostPixels {
         let [dark, unlit, white] = film.pixels().par_iter().map(tally).reduce(|| [0; 3], add);
         let all = film.pixels().len();
         let share = |count: usize| count as f64 / all as f64;
-        // No exposure brings out what no light reaches: a black background alone is no loss.
+        // No exposure reveals unlit pixels: a black background alone is no loss.
         if 2 * (dark + unlit) > all && 2 * dark > all - unlit {
             Some(Self { share: share(dark), loss: Loss::Black })
         } else if 2 * white > all {
@@ -188,7 +188,7 @@ mod tests {
             assert_eq!(AutoExposure::of_luminances(black), AutoExposure { ev: 0.0, log_average: None });
         }
         assert_eq!(AutoExposure::of(&Film::new(3, 3)).ev, 0.0);
-        // Beyond what any display shows, exposures are bounded.
+        // Exposures are bounded beyond the range of any display.
         assert_eq!(AutoExposure::of_luminances(vec![1e-300]).ev, 64.0);
     }
 
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn most_of_a_picture_must_be_lost() {
+    fn detail_must_be_lost_in_most_pixels() {
         let plain = Display { exposure_ev: 0.0, tonemap: ToneMap::None };
         let lost = |radiance: &[f32]| LostPixels::of(&film(radiance), &plain);
         assert_eq!(lost(&[1e-6, 1e-6, 1e-6, 0.5]), Some(LostPixels { share: 0.75, loss: Loss::Black }));

@@ -20,8 +20,8 @@ const ATTRIBUTE: &str = "surelight";
 /// Values (pixels times channels) beyond which a file is refused: 4 GiB of floats.
 const MAX_VALUES: u64 = 1 << 30;
 
-/// No compression of the format shrinks further than this; a header that claims more is a lie
-/// that would cost memory before it is found out.
+/// No compression of the format shrinks further than this; a header that states more is wrong, and
+/// would cost memory before the error is found.
 const MAX_EXPANSION: u64 = 1 << 14;
 
 /// An EXR in memory: channels as 32-bit floats under their full names, row 0 at the top.
@@ -43,8 +43,8 @@ impl ExrImage {
     /// The three channels of a layer, as `[red, green, blue]` slices.
     ///
     /// An empty `layer` means the picture itself: `R G B`, else the one beauty pass that other
-    /// renderers name differently (Blender `….Combined.R`, one colour layer alone in the file), else `Y`
-    /// thrice. A layer is found by its name or as the last part of a longer name
+    /// renderers name differently (Blender `….Combined.R`, one colour layer alone in the file),
+    /// else `Y` thrice. A layer is found by its name or as the last part of a longer name
     /// (`ViewLayer.Albedo` for `Albedo`), where only one matches.
     pub fn rgb(&self, layer: &str) -> Option<[&[f32]; 3]> {
         if layer.is_empty() {
@@ -150,7 +150,8 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
             if name.starts_with(PREFIX) {
                 continue; // of a part of a render: no floats
             }
-            // Parts may repeat their own name in their channels, or share one name: first come, first kept.
+            // Parts may repeat their own name in their channels, or share one name: first come,
+            // first kept.
             image.channels.entry(name).or_insert_with(|| to_floats(channel.sample_data));
         }
     }
@@ -200,7 +201,7 @@ pub(crate) fn cause_of(error: ::exr::error::Error) -> String {
     use ::exr::error::Error;
     match error {
         Error::NotSupported(what) => format!("it uses a feature of OpenEXR that is not supported ({what})"),
-        // What is said of other damage names parts of the decoder.
+        // Messages about other damage name parts of the decoder.
         Error::Invalid(what) if what.contains("identifier missing") => "it is not an OpenEXR file".into(),
         Error::Invalid(what) if what.contains("missing bytes") => "it is empty or cut short".into(),
         Error::Invalid(_) => "it is damaged or cut short".into(),
@@ -286,7 +287,7 @@ mod tests {
         assert_eq!(image.surelight_metadata(), Some(metadata()));
     }
 
-    /// Names in all scripts, of files and of what is in them, come back as they were.
+    /// Names in all scripts, of files and of their contents, are read back unchanged.
     #[test]
     fn metadata_may_hold_any_characters() {
         let names = ["日本.glb", "a–b.glb", "❤.glb", "e\u{301}", "é", "😀\u{10ffff}", "\u{fffd}", "\"\\\n\u{7f}"];
@@ -355,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_told_in_a_sentence() {
+    fn damage_is_reported_in_a_sentence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
         assert!(read_exr(&path).unwrap_err().to_string().ends_with("it does not exist."));

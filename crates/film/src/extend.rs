@@ -9,8 +9,9 @@ use crate::{DoubleDouble, Film, Metadata, PixelMoments, ReadError, Window, read_
 
 /// Reads the film of a finished render, to which more samples can be added.
 ///
-/// A part comes back bit for bit ([`read_part`]). Of other images, mean, variance, number of samples
-/// and tail come back as the file rounds them, to 24 bits; error bars of the extended render hold.
+/// A part comes back bit for bit ([`read_part`]). Of other images, mean, variance, number of
+/// samples and tail come back as the file rounds them, to 24 bits; error bars of the extended
+/// render hold.
 ///
 /// # Errors
 /// Where the file is missing, damaged, not a render of Surelight from its first sample on, or has
@@ -75,14 +76,14 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_image_goes_on() {
+    fn a_finished_image_can_be_extended() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.exr");
         let first = film(0..16);
         write_exr(&path, &first, &metadata(&first)).unwrap();
         let (mut extended, read) = read_finished(&path).unwrap();
         assert_eq!(read, metadata(&first));
-        // Written again, its picture and what is known of it are the same; tails are rounded.
+        // Written again, its picture and statistics are the same; tails are rounded.
         let again = folder.path().join("again.exr");
         write_exr(&again, &extended, &read).unwrap();
         let [before, after] = [&path, &again].map(|path| read_exr(path).unwrap());

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::{BatchSum, DoubleDouble, FilmError, PixelMoments};
 
-/// What the first hit of each pixel shows, for denoisers and compositing. One entry a pixel.
+/// Features of the first hit of each pixel, for denoisers and compositing. One entry per pixel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Features {
     /// Albedo of the surface, linear Rec. 709.
@@ -20,7 +20,7 @@ pub struct Features {
 pub struct Window {
     /// Pixels a row and rows of the whole image.
     pub whole: [u32; 2],
-    /// Where the rectangle's first pixel stands in it.
+    /// The position of the rectangle's first pixel in it.
     pub corner: [u32; 2],
     /// Pixels a row and rows of the rectangle.
     pub size: [u32; 2],
@@ -32,7 +32,8 @@ impl Window {
         Self { whole: [width, height], corner: [0; 2], size: [width, height] }
     }
 
-    /// The rectangle x0, y0, x1, y1 of an image, x1 and y1 outside; `None` where it is empty or reaches beyond.
+    /// The rectangle x0, y0, x1, y1 of an image, x1 and y1 outside; `None` where it is empty or
+    /// reaches beyond.
     pub fn crop(whole: [u32; 2], [x0, y0, x1, y1]: [u32; 4]) -> Option<Self> {
         let inside = x0 < x1 && y0 < y1 && x1 <= whole[0] && y1 <= whole[1];
         inside.then(|| Self { whole, corner: [x0, y0], size: [x1 - x0, y1 - y0] })
@@ -78,7 +79,7 @@ pub struct Film {
 const NONE: u32 = u32::MAX;
 
 impl Film {
-    /// An empty film. A pixel takes 188 bytes, 16 more where coverage is counted.
+    /// An empty film. A pixel takes 188 bytes, 16 more with coverage.
     pub fn new(width: u32, height: u32) -> Self {
         Self::of_window(Window::all(width, height))
     }
@@ -113,9 +114,9 @@ impl Film {
 
     /// Adds one batch: an independent estimate of some pixels, of `samples` samples each.
     ///
-    /// `pixel_of_lane` names the pixel of each lane (`u32::MAX`: none), and `sums` holds what
-    /// the lane's samples add up to. Each pixel may appear once.
-    /// Returns the number of lanes refused because a sum was not finite; they count in [`Self::refused`].
+    /// `pixel_of_lane` names the pixel of each lane (`u32::MAX`: none), and `sums` holds the sum of
+    /// the lane's samples. Each pixel may appear once. Returns the number of lanes refused because
+    /// a sum was not finite; they are added to [`Self::refused`].
     ///
     /// # Errors
     /// Where the batch does not fit the film. The film is then unchanged.
@@ -126,8 +127,9 @@ impl Film {
         self.add_uneven_batch(|_, _| samples, pixel_of_lane, sums)
     }
 
-    /// Likewise, where pixels have different numbers of samples, given by their places (x, y) in the whole image. Those of a pixel that
-    /// are none add nothing. Of each pixel, means and variances hold if its batches are independent estimates, whatever its numbers are.
+    /// Like [`Self::add_batch`], with different numbers of samples per pixel, as a function of the
+    /// position (x, y) in the whole image. A pixel with 0 samples is unchanged. Of each pixel,
+    /// means and variances hold if its batches are independent estimates, whatever its numbers are.
     ///
     /// # Errors
     /// Where the batch does not fit the film. The film is then unchanged.
@@ -140,8 +142,9 @@ impl Film {
         self.add(samples, pixel_of_lane, sums, None)
     }
 
-    /// Likewise, with what the coverage of each lane's samples adds up to: 0 to their number. From
-    /// here on the film has coverage ([`Self::coverage`]), and its radiance is premultiplied by it.
+    /// Like [`Self::add_uneven_batch`], with the sum of the coverage of each lane's samples: 0 to
+    /// their number. From then on the film has coverage ([`Self::coverage`]), and its radiance is
+    /// premultiplied by it.
     ///
     /// # Errors
     /// Where the batch does not fit the film. The film is then unchanged.
@@ -212,8 +215,8 @@ impl Film {
         Ok(refused)
     }
 
-    /// Adds the batches of another part of the same render: of the same pixels or of a crop that lies within.
-    /// Features are taken over where the other has some.
+    /// Adds the batches of another part of the same render: of the same pixels or of a crop that
+    /// lies within. Features are taken over where the other has some.
     ///
     /// # Errors
     /// Where the other does not lie within this film, which is then unchanged.
@@ -292,9 +295,9 @@ impl Film {
         self.coverage.is_some()
     }
 
-    /// Coverage of pixel `i`, 0 to 1: the share of its samples that meet something other than the
-    /// environment, where that is counted; 1 where it is not, for then the environment is part of
-    /// the picture. Panics where there is no such pixel, like indexing a slice.
+    /// Coverage of pixel `i`, 0 to 1: the share of its samples that hit something other than the
+    /// environment, where that is recorded; 1 where it is not, since then the environment is part
+    /// of the picture. Panics where there is no such pixel, like indexing a slice.
     pub fn coverage(&self, i: usize) -> f64 {
         let samples = self.pixels[i].samples();
         match &self.coverage {
@@ -309,7 +312,8 @@ impl Film {
         self.pixels[i].mean()
     }
 
-    /// Variance of the mean of pixel `i`, `None` below two batches. Panics where there is no such pixel.
+    /// Variance of the mean of pixel `i`, `None` below two batches. Panics where there is no such
+    /// pixel.
     pub fn variance_of_mean(&self, i: usize) -> Option<[f64; 3]> {
         self.pixels[i].variance_of_mean()
     }

@@ -1,4 +1,4 @@
-//! Whether two parts belong to one render: then, and only then, they may be joined or gone on with.
+//! Whether two parts belong to one render: then, and only then, they may be joined or resumed.
 
 use std::fmt::Display;
 
@@ -7,9 +7,9 @@ use serde::Serialize;
 use crate::settings::{Camera, Environment, Lens};
 use crate::{Metadata, Precision, RenderSettings};
 
-/// What two renders must have in common.
+/// The properties that two renders must have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sameness {
+pub enum Compatibility {
     /// Every bit: parts join as if rendered in one go.
     Bits,
     /// The estimator: means and error bars hold. Adapter, driver and kernel may differ.
@@ -18,13 +18,13 @@ pub enum Sameness {
     Plan,
 }
 
-/// Something that renders are told apart by, with what it is called.
-type Trait = (&'static str, fn(&Metadata) -> String);
+/// A property that distinguishes renders, with its name.
+type IdentityField = (&'static str, fn(&Metadata) -> String);
 
-/// The first thing that tells two renders apart.
+/// The first property in which two renders differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// What differs: an option's name, or in words.
+    /// The property: an option's name, or in words.
     pub what: String,
     /// The value in the first, as it was set.
     pub first: String,
@@ -32,13 +32,13 @@ pub struct Difference {
     pub second: String,
 }
 
-/// The first difference by which two parts are not of one render, as far as `sameness` demands: of
+/// The first difference by which two parts are not of one render, as far as `required` demands: of
 /// scene, settings, seed, planned samples, program, kernel, device and driver. Their place in the
 /// image and the samples they hold may differ.
-pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Option<Difference> {
+pub fn difference(first: &Metadata, second: &Metadata, required: Compatibility) -> Option<Difference> {
     let differing =
         |what: &str, a: String, b: String| (a != b).then(|| Difference { what: what.into(), first: a, second: b });
-    let texts: [Trait; 3] = [
+    let texts: [IdentityField; 3] = [
         ("the version of Surelight", |m| m.version.clone()),
         ("the version of the settings", |m| or_not_set(m.settings.as_ref().map(|settings| settings.version))),
         ("the scene (by its hash)", |m| m.scene_hash.clone()),
@@ -47,7 +47,7 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Op
         let planned = |m: &Metadata| m.part.as_ref().and_then(|part| part.planned_samples);
         let spp = |m: &Metadata| or_not_set(planned(m));
         let seed = differing("--seed", first.seed.to_string(), second.seed.to_string());
-        if sameness == Sameness::Plan {
+        if required == Compatibility::Plan {
             return seed;
         }
         // Extended renders have batches of other sizes than those planned for all of their samples.
@@ -59,20 +59,20 @@ pub fn difference(first: &Metadata, second: &Metadata, sameness: Sameness) -> Op
             differing("the number of samples from which --resume extended it", extended(first), extended(second))
         })
     };
-    let device: [Trait; 3] = [
+    let device: [IdentityField; 3] = [
         ("the device", |m| m.device.clone()),
         ("the driver", |m| m.driver.clone()),
         ("the list of adapters", |m| m.mixed.join(", ")),
     ];
-    let kernel: [Trait; 1] =
+    let kernel: [IdentityField; 1] =
         [("the kernel (by its hash)", |m| m.part.as_ref().map_or_else(String::new, |part| part.kernel.clone()))];
-    let list = |of: &[Trait]| of.iter().find_map(|(what, value)| differing(what, value(first), value(second)));
-    let settings = || settings(first.settings.as_ref()?, second.settings.as_ref()?, sameness);
+    let list = |of: &[IdentityField]| of.iter().find_map(|(what, value)| differing(what, value(first), value(second)));
+    let settings = || settings(first.settings.as_ref()?, second.settings.as_ref()?, required);
     let estimator = list(&texts).or_else(settings).or_else(numbers);
-    match sameness {
-        Sameness::Bits => estimator.or_else(|| list(&device)).or_else(|| list(&kernel)),
-        Sameness::Estimator => estimator,
-        Sameness::Plan => estimator.or_else(|| list(&device)),
+    match required {
+        Compatibility::Bits => estimator.or_else(|| list(&device)).or_else(|| list(&kernel)),
+        Compatibility::Estimator => estimator,
+        Compatibility::Plan => estimator.or_else(|| list(&device)),
     }
 }
 
@@ -86,8 +86,8 @@ struct Setting {
     is_stopping: bool,
 }
 
-/// All settings but the names of files: the hash of the scene covers what the files hold, and their
-/// place does not matter. The patterns name every field, so that a new one does not compile
+/// All settings but the names of files: the hash of the scene covers the contents of the files, and
+/// their place does not matter. The patterns name every field, so that a new one does not compile
 /// until it is listed here.
 fn table(settings: &RenderSettings) -> [Setting; 22] {
     let RenderSettings {
@@ -124,7 +124,7 @@ fn table(settings: &RenderSettings) -> [Setting; 22] {
     let stopping = |name, value| Setting { name, value, is_stopping: true };
     let flag = |on: &bool| or_not_set(on.then_some(true));
     let switch = |on: bool| if on { "on" } else { "off" }.to_owned();
-    let sequences = if *one_sequence { "one a pixel" } else { "one a batch" };
+    let sequences = if *one_sequence { "one per pixel" } else { "one per batch" };
     [
         of("--size", format!("{width}x{height}")),
         of(CAMERA, camera_text(camera)),
@@ -151,7 +151,7 @@ fn table(settings: &RenderSettings) -> [Setting; 22] {
     ]
 }
 
-/// What several options set, with a value too long for a sentence.
+/// A property that several options set, with a value too long for a sentence.
 const CAMERA: &str = "the camera";
 
 /// The camera's record; its pattern names every field.
@@ -169,8 +169,8 @@ fn word(value: &impl Serialize) -> String {
 }
 
 /// The first setting that differs.
-fn settings(first: &RenderSettings, second: &RenderSettings, sameness: Sameness) -> Option<Difference> {
-    let compared = |setting: &Setting| !(setting.is_stopping && sameness == Sameness::Plan);
+fn settings(first: &RenderSettings, second: &RenderSettings, required: Compatibility) -> Option<Difference> {
+    let compared = |setting: &Setting| !(setting.is_stopping && required == Compatibility::Plan);
     let mut pairs = table(first).into_iter().zip(table(second)).filter(|(setting, _)| compared(setting));
     let (first, second) = pairs.find(|(first, second)| first.value != second.value)?;
     let (first, second, what) = match first.name {
@@ -191,9 +191,9 @@ mod tests {
     }
 
     /// The differences both ways, the second the mirror image of the first.
-    fn found(first: &Metadata, second: &Metadata, sameness: Sameness) -> Option<Difference> {
-        let found = difference(first, second, sameness);
-        let back = difference(second, first, sameness);
+    fn found(first: &Metadata, second: &Metadata, required: Compatibility) -> Option<Difference> {
+        let found = difference(first, second, required);
+        let back = difference(second, first, required);
         let mirrored = |d: Difference| match d.what.as_str() {
             CAMERA => d, // one and another, either way
             _ => Difference { first: d.second, second: d.first, what: d.what },
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_shapes_the_bits_is_looked_at() {
+    fn everything_that_shapes_the_bits_is_compared() {
         let metadata = metadata(RenderSettings::default());
         type Change = fn(&mut Metadata);
         let changes: [(&str, Change); 11] = [
@@ -222,17 +222,17 @@ mod tests {
         for (what, change) in changes {
             let mut other = metadata.clone();
             change(&mut other);
-            let difference = found(&metadata, &other, Sameness::Bits).unwrap();
+            let difference = found(&metadata, &other, Compatibility::Bits).unwrap();
             assert!(difference.what.contains(what), "{difference:?}");
             let hardware = ["device", "driver", "adapters", "kernel"].contains(&what);
-            assert_eq!(found(&metadata, &other, Sameness::Estimator).is_none(), hardware, "{what}");
+            assert_eq!(found(&metadata, &other, Compatibility::Estimator).is_none(), hardware, "{what}");
             let plan = ["--spp", "extended", "kernel"].contains(&what);
-            assert_eq!(found(&metadata, &other, Sameness::Plan).is_none(), plan, "{what}");
+            assert_eq!(found(&metadata, &other, Compatibility::Plan).is_none(), plan, "{what}");
         }
     }
 
     #[test]
-    fn every_setting_is_looked_at() {
+    fn every_setting_is_compared() {
         let settings = RenderSettings {
             lens: Some(Lens { aperture: 0.1, focus: 2.0 }),
             environment: Environment::Map { file: "sky.hdr".into(), rotation: 0.0, scale: 1.0 },
@@ -265,7 +265,7 @@ mod tests {
             ("--integrator is mis, caustics", |s| s.integrator = Integrator::Caustics),
             ("--directions is not set, bsdf", |s| s.directions = Some(Directions::Bsdf)),
             ("--sampler is sobol, stratified", |s| s.sampler = Sampler::Stratified),
-            ("the number of scrambles is one a batch, one a pixel", |s| s.one_sequence = true),
+            ("the number of scrambles is one per batch, one per pixel", |s| s.one_sequence = true),
             ("--shared-paths is off, on", |s| s.path_reuse = true),
             ("--adaptive is not set, true", |s| s.adaptive = true),
             ("--transparent is not set, true", |s| s.transparent = true),
@@ -284,10 +284,10 @@ mod tests {
         let mut names = Vec::new();
         for (what, changed) in changed.chain(environments) {
             let [first, second] = [&settings, &changed].map(|settings| metadata(settings.clone()));
-            let Difference { what: name, first: a, second: b } = found(&first, &second, Sameness::Bits).unwrap();
+            let Difference { what: name, first: a, second: b } = found(&first, &second, Compatibility::Bits).unwrap();
             assert_eq!(format!("{name} is {a}, {b}"), what);
             let stopping = ["--error", "--confidence", "--bound", "the number of scrambles"].contains(&name.as_str());
-            assert_eq!(found(&first, &second, Sameness::Plan).is_none(), stopping, "{what}");
+            assert_eq!(found(&first, &second, Compatibility::Plan).is_none(), stopping, "{what}");
             names.push(name);
         }
         let sky = |x: f32| {
@@ -296,7 +296,7 @@ mod tests {
                 ..settings.clone()
             })
         };
-        let Difference { what, first, second } = found(&sky(0.5), &sky(0.25), Sameness::Bits).unwrap();
+        let Difference { what, first, second } = found(&sky(0.5), &sky(0.25), Compatibility::Bits).unwrap();
         assert_eq!((what.as_str(), first.as_str(), second.as_str()), ("--sky", "1,0.5,0", "1,0.25,0"));
         names.push(what);
         for Setting { name, .. } in table(&settings) {
@@ -311,6 +311,6 @@ mod tests {
             metadata(RenderSettings { scene: format!("{folder}/box.glb"), environment, ..RenderSettings::default() })
         };
         let other = Metadata { sample_range: [3, 4], crop: Some([0, 0, 1, 1]), ..of("b") };
-        assert_eq!(difference(&of("a"), &other, Sameness::Bits), None);
+        assert_eq!(difference(&of("a"), &other, Compatibility::Bits), None);
     }
 }

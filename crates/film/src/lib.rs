@@ -1,12 +1,11 @@
-//! The film: what every pixel knows about its radiance and about its own error,
-//! and the files that carry it.
+//! The film: the statistics of every pixel's radiance and of its error, and the files that store
+//! them.
 //!
-//! A render arrives as *batches*: independent estimates of the whole image, each of a
-//! known number of samples. [`Film`] keeps wide totals and second moments of them, from
-//! which it gives mean, variance of the mean and degrees of freedom of every pixel.
-//! [`write_exr`] stores those as layers, [`write_png`] a tone-mapped picture of the mean.
-//! Both files are written beside their target and renamed, so that a target is either
-//! complete or untouched.
+//! A render is a sequence of *batches*: independent estimates of the whole image, each of a known
+//! number of samples. [`Film`] keeps wide totals and second moments of them, from which it gives
+//! mean, variance of the mean and degrees of freedom of every pixel. [`write_exr`] stores those as
+//! layers, [`write_png`] a tone-mapped picture of the mean. Both files are written beside their
+//! target and renamed, so that a target is either complete or untouched.
 //!
 //! Pixels are counted row by row from the top left: index `y * width + x`.
 //! Radiance is linear Rec. 709 (W·sr⁻¹·m⁻² or nit, as the scene's emitters are given).
@@ -58,16 +57,16 @@ pub use exposure::{AutoExposure, ExposureRecord, Loss, LostPixels};
 pub use exr::{ExrImage, encode_exr, read_exr, read_exr_header, write_exr};
 pub use extend::read_finished;
 pub use film::{Features, Film, Window};
-pub use identity::{Difference, Sameness, difference};
+pub use identity::{Compatibility, Difference, difference};
 pub use merge::{MergeError, MergePlan, Missing, PartFile};
 pub use metadata::{Metadata, RenderPart};
 pub use moments::PixelMoments;
 pub use part::{read_part, read_part_header};
 pub use png::{Display, encode_png, write_png, write_rgb8_png};
 pub use png_text::write_png_with_exposure;
-pub use precision::{Bound, CERTIFIED_SHARE, LUMINANCE_FLOOR, PRECISE_SHARE, Precision, Reach};
+pub use precision::{Bound, CERTIFIED_SHARE, Convergence, LUMINANCE_FLOOR, PRECISE_SHARE, Precision};
 pub use settings::RenderSettings;
 pub use stats::ErrorSummary;
 pub(crate) use stats::luminance;
-pub use tail::{Certificate, HEAVY, LEAST_SAMPLES, MIN_PROVISIONAL_SAMPLES};
+pub use tail::{Certificate, HEAVY, MIN_CERTIFIED_SAMPLES, MIN_PROVISIONAL_SAMPLES};
 pub use tonemap::{ToneMap, linear_to_srgb, to_u8};

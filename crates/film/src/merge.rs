@@ -1,12 +1,14 @@
-//! Joining the parts of a render: which belong together, what they make up, and what is missing.
+//! Joining the parts of a render: which belong together, the range that they cover, and the missing
+//! parts.
 //!
-//! A part is a box: a rectangle of pixels times a range of samples. Parts that do not overlap and fill a box are as good as that
-//! box rendered in one go, since totals do not depend on how they were added up.
+//! A part is a box: a rectangle of pixels times a range of samples. Parts that do not overlap and
+//! fill a box are as good as that box rendered in one go, since totals do not depend on how they
+//! were added up.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::identity::{Difference, Sameness, difference};
+use crate::identity::{Compatibility, Difference, difference};
 use crate::{Film, Metadata, ReadError, RenderPart, Window, read_part, read_part_header};
 
 /// A part, known by its header.
@@ -14,7 +16,7 @@ use crate::{Film, Metadata, ReadError, RenderPart, Window, read_part, read_part_
 pub struct PartFile {
     /// The file.
     pub path: PathBuf,
-    /// What it says of itself.
+    /// Its metadata.
     pub metadata: Metadata,
     /// Its pixels.
     pub window: Window,
@@ -68,8 +70,9 @@ impl Bounds {
         Self { edges, samples }
     }
 
-    /// A box within this one that none of `parts` meets. Between two neighbouring edges, all points are alike.
-    fn hole(&self, parts: &[Self]) -> Option<Self> {
+    /// A box within this one that none of `parts` overlaps. Between two neighbouring edges, all
+    /// points are equivalent.
+    fn uncovered_box(&self, parts: &[Self]) -> Option<Self> {
         let samples = cuts(parts.iter().flat_map(|p| p.samples), self.samples);
         for samples in samples.windows(2).map(|w| [w[0], w[1]]) {
             let at = |part: &&Self| part.samples[0] <= samples[0] && samples[1] <= part.samples[1];
@@ -102,7 +105,7 @@ fn cuts<T: Copy + Ord>(all: impl Iterator<Item = T>, [first, last]: [T; 2]) -> V
     cuts
 }
 
-/// What parts lack of the whole: one rectangle of it as an example, and how much it is in all.
+/// The missing parts of the whole: one rectangle as an example, and their total share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Missing {
     /// Samples: the first, and the one after the last.
@@ -138,19 +141,20 @@ pub enum MergeError {
         first: PathBuf,
         /// Another.
         second: PathBuf,
-        /// What tells them apart.
+        /// Their difference.
         difference: Box<Difference>,
         /// Whether they differ in adapter, driver or kernel alone, and can be mixed.
         mixed: bool,
     },
-    /// A part of a render whose samples were not counted beforehand: another one may have cut them into other batches.
+    /// A part of a render whose samples were not counted beforehand: another one may have cut them
+    /// into other batches.
     #[error("\"{}\" is of a render without a set number of samples (--spp), which cannot be joined with others", path.display())]
     Open {
         /// The part.
         path: PathBuf,
     },
     /// Samples that come twice.
-    #[error("\"{}\" and \"{}\" both hold the samples {}..{} of the pixels {},{},{},{}; they would count twice", first.display(), second.display(), samples[0], samples[1], edges[0], edges[1], edges[2], edges[3])]
+    #[error("\"{}\" and \"{}\" both hold the samples {}..{} of the pixels {},{},{},{}; they would be added twice", first.display(), second.display(), samples[0], samples[1], edges[0], edges[1], edges[2], edges[3])]
     Overlap {
         /// A part.
         first: PathBuf,
@@ -187,17 +191,17 @@ pub struct MergePlan {
     pub window: Window,
     /// Samples that they make up.
     pub samples: [u64; 2],
-    /// What they lack of the whole render; `None`: nothing.
+    /// The missing parts of the whole render; `None`: nothing.
     pub missing: Option<Missing>,
 }
 
 impl MergePlan {
     /// Checks the parts' headers: they are of one render, do not overlap and leave no hole.
-    /// With [`Sameness::Estimator`], adapters may differ.
+    /// With [`Compatibility::Estimator`], adapters may differ.
     ///
     /// # Errors
     /// A sentence that names the files and the conflict.
-    pub fn new(parts: Vec<PartFile>, sameness: Sameness) -> Result<Self, MergeError> {
+    pub fn new(parts: Vec<PartFile>, sameness: Compatibility) -> Result<Self, MergeError> {
         let first = parts.first().ok_or(MergeError::Nothing)?;
         let whole = first.window.whole;
         for other in &parts[1..] {
@@ -208,7 +212,7 @@ impl MergePlan {
                 second: size(other),
             });
             if let Some(found) = difference(&first.metadata, &other.metadata, sameness).or(sizes.clone()) {
-                let estimator = difference(&first.metadata, &other.metadata, Sameness::Estimator).or(sizes);
+                let estimator = difference(&first.metadata, &other.metadata, Compatibility::Estimator).or(sizes);
                 return Err(MergeError::Different {
                     first: first.path.clone(),
                     second: other.path.clone(),
@@ -232,20 +236,20 @@ impl MergePlan {
             }
         }
         let around = boxes[1..].iter().fold(boxes[0], |around, other| around.around(other));
-        // Without a planned number, what is there is all there is to be.
+        // Without a planned number, the parts at hand are the whole.
         let end = first.part().planned_samples.unwrap_or(around.samples[1]).max(around.samples[1]);
         let all = Bounds { edges: Window::all(whole[0], whole[1]).edges(), samples: [0, end] };
         let filled: u128 = boxes.iter().map(Bounds::volume).sum();
-        let lacking = |hole: Bounds| Missing {
-            samples: hole.samples,
-            edges: hole.edges,
-            all_pixels: hole.edges == all.edges,
+        let lacking = |uncovered_box: Bounds| Missing {
+            samples: uncovered_box.samples,
+            edges: uncovered_box.edges,
+            all_pixels: uncovered_box.edges == all.edges,
             share: (all.volume() - filled) as f64 / all.volume().max(1) as f64,
         };
-        if let Some(hole) = around.hole(&boxes) {
-            return Err(MergeError::Hole(lacking(hole)));
+        if let Some(uncovered_box) = around.uncovered_box(&boxes) {
+            return Err(MergeError::Hole(lacking(uncovered_box)));
         }
-        let missing = all.hole(&boxes).map(lacking);
+        let missing = all.uncovered_box(&boxes).map(lacking);
         let [x0, y0, x1, y1] = around.edges;
         let window = Window { whole, corner: [x0, y0], size: [x1 - x0, y1 - y0] };
         Ok(Self { parts, window, samples: around.samples, missing })
@@ -261,8 +265,8 @@ impl MergePlan {
         if all.len() > 1 { all.into_iter().collect() } else { Vec::new() }
     }
 
-    /// Reads the parts one after the other into one film. Complete, it is the film of the whole render, and its metadata are those
-    /// of the whole; otherwise it is a larger part.
+    /// Reads the parts one after the other into one film. Complete, it is the film of the whole
+    /// render, and its metadata are those of the whole; otherwise it is a larger part.
     ///
     /// # Errors
     /// Where a file cannot be read or has changed meanwhile.

@@ -1,4 +1,4 @@
-//! What a file says about the render that made it.
+//! The metadata of a file: the render that made it.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,16 +32,17 @@ pub struct Metadata {
     pub biased: Vec<String>,
     /// Samples that were not finite and were left out.
     pub dropped_samples: u64,
-    /// Samples a pixel at which `--resume` extended a render to more than were planned.
+    /// Samples per pixel at which `--resume` extended a render to more than were planned.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub extended_from: Vec<u64>,
-    /// Adapters and drivers of the parts, where they differ: means and error bars hold, bits do not.
+    /// Adapters and drivers of the parts, where they differ: means and error bars hold, bits do
+    /// not.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mixed: Vec<String>,
     /// Exposure of the PNG, where it follows from the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure: Option<ExposureRecord>,
-    /// Of a part of a render: what it takes to go on, or to join it with others.
+    /// Of a part of a render: the data to resume it, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<RenderPart>,
 }
@@ -69,28 +70,29 @@ impl Metadata {
     }
 }
 
-/// What an unfinished picture says of the render that it belongs to. Its place and its samples stand in
+/// The render that an unfinished picture belongs to. Its place and its samples are in
 /// [`Metadata::crop`] and [`Metadata::sample_range`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RenderPart {
     /// Pixels a row and rows of the whole image.
     pub size: [u32; 2],
-    /// Samples a pixel of the whole render; `None`: no number was set.
+    /// Samples per pixel of the whole render; `None`: no number was set.
     pub planned_samples: Option<u64>,
     /// Samples that this part is to have in the end: the first, and the one after the last.
     pub asked_samples: Option<[u64; 2]>,
     /// Number of the batch that comes after these samples.
     pub next_batch: u32,
-    /// With a precision as the goal, what its pilot found: samples that batches are planned for, and those before the first look.
+    /// With a precision as the goal, the result of its pilot: samples that batches are planned for,
+    /// and those before the first evaluation.
     pub pilot: Option<[u32; 2]>,
     /// Hash of the kernel.
     pub kernel: String,
     /// Samples finished, of all pixels.
     pub paths: u64,
-    /// Rays walked for them.
+    /// Rays traced for them.
     pub rays: u64,
-    /// Rays that were given up.
+    /// Rays whose traversal was cut short.
     pub truncated: u64,
     /// Seconds of tracing.
     pub seconds: f64,

@@ -38,8 +38,8 @@ pub struct PixelMoments {
 pub(crate) const WORDS: usize = 45;
 
 impl PixelMoments {
-    /// Everything that is known of the pixel, as [`WORDS`] words: both counts, S, P and Q of red, green and blue, the largest sample and
-    /// the squares. Doubles come as their bits, the lower word first.
+    /// All statistics of the pixel, as [`WORDS`] words: both counts, S, P and Q of red, green and
+    /// blue, the largest sample and the squares. Doubles come as their bits, the lower word first.
     pub(crate) fn word(&self, index: usize) -> u32 {
         let half = |bits: u64, part: usize| if part.is_multiple_of(2) { bits as u32 } else { (bits >> 32) as u32 };
         let double = |sum: DoubleDouble, part: usize| half(sum.words()[part / 2 % 2].to_bits(), part);
@@ -72,12 +72,13 @@ impl PixelMoments {
         }
     }
 
-    /// Totals that reproduce what an image file keeps of them: `samples`, the number of equal batches
-    /// (`batches`), mean, variance of the mean (`None`: unknown), largest sample and sum of squares.
+    /// Totals that reproduce those of an image file: `samples`, the number of equal batches
+    /// (`batches`), mean, variance of the mean (`None`: unknown), largest sample and sum of
+    /// squares.
     ///
-    /// Σ n_b (s_b − n_b m) is not kept, and is set to zero: what it is for equal batches, and its
-    /// expectation for others. A batch added later shifts the mean by δ; the sum of squares about the
-    /// new mean then lacks 2 δ Σ n_b (s_b − n_b m).
+    /// Σ n_b (s_b − n_b m) is not kept, and is set to zero: its value for equal batches, and its
+    /// expectation for others. A batch added later shifts the mean by δ; the sum of squares about
+    /// the new mean then lacks 2 δ Σ n_b (s_b − n_b m).
     pub(crate) fn from_estimate(
         samples: u64,
         batches: f64,
@@ -112,8 +113,8 @@ impl PixelMoments {
 
     /// Adds a batch of `samples` samples.
     ///
-    /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not
-    /// poison the pixel for good. The caller counts it.
+    /// Returns false, and adds nothing, where a sum is not finite: one bad batch must not spoil the
+    /// pixel permanently. The caller counts these batches.
     #[must_use]
     pub fn add_batch(&mut self, samples: u32, batch: &BatchSum) -> bool {
         if !batch.is_finite() {
@@ -125,7 +126,7 @@ impl PixelMoments {
         self.samples_squared += u64::from(samples) * u64::from(samples);
         for (channel, sum) in sums.into_iter().enumerate() {
             let s = f64::from(sum);
-            // n·s and s² are exact: 24 + 32 bits may exceed 53 only beyond 2²⁹ samples a batch.
+            // n·s and s² are exact: 24 + 32 bits may exceed 53 only beyond 2²⁹ samples per batch.
             self.sum[channel].add_f64(s);
             self.weighted_sum[channel].add_f64(n * s);
             self.square_sum[channel].add_f64(s * s);
@@ -148,7 +149,7 @@ impl PixelMoments {
         self.add_squares(other.squares);
     }
 
-    /// Squares that exceed the range of f32 are told as infinite, and remain so.
+    /// Squares that exceed the range of f32 become infinite, and remain so.
     fn add_squares(&mut self, squares: DoubleDouble) {
         if self.squares.hi.is_finite() && squares.hi.is_finite() {
             self.squares.add(squares);
@@ -180,7 +181,8 @@ impl PixelMoments {
         self.sum.map(|sum| sum.over_f64(self.samples as f64).to_f64())
     }
 
-    /// Variance of the mean per channel (radiance squared); `None` below two batches, where it is unknown.
+    /// Variance of the mean per channel (radiance squared); `None` below two batches, where it is
+    /// unknown.
     pub fn variance_of_mean(&self) -> Option<[f64; 3]> {
         let spread = self.spread_left()?;
         let n = self.samples as f64;
@@ -196,8 +198,8 @@ impl PixelMoments {
         }))
     }
 
-    /// Degrees of freedom of [`Self::variance_of_mean`]: N²/R − 1, which is B − 1 for B equal batches
-    /// and less for unequal ones. Zero below two batches.
+    /// Degrees of freedom of [`Self::variance_of_mean`]: N²/R − 1, which is B − 1 for B equal
+    /// batches and less for unequal ones. Zero below two batches.
     pub fn degrees_of_freedom(&self) -> f64 {
         match self.spread_left() {
             Some(_) => {
@@ -318,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn words_bring_back_every_bit() {
+    fn words_restore_every_bit() {
         let mut moments = film_of(&batches(3, 100, &[64, 3]));
         assert!(moments.add_batch(5, &BatchSum::new([0.1, 1e-30, 7e20], 0.3, 1e-7)));
         let words: Vec<u32> = (0..WORDS).map(|i| moments.word(i)).collect();
@@ -353,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_keeps_extends_with_honest_error_bars() {
+    fn finished_files_extend_with_honest_error_bars() {
         let all = batches(11, 48, &[4]);
         let rebuilt = |moments: &PixelMoments| {
             let batches = moments.degrees_of_freedom() + 1.0;
@@ -370,7 +372,7 @@ mod tests {
             assert!((extended.mean()[channel] / direct.mean()[channel] - 1.0).abs() < 1e-7);
             assert!((found[channel] / expected[channel] - 1.0).abs() < 0.02, "{found:?} {expected:?}");
         }
-        // One batch has no variance, equal batches none to speak of.
+        // One batch has no variance, equal batches one of zero.
         assert_eq!(rebuilt(&film_of(&[(16, [1.0; 3])])).variance_of_mean(), None);
         assert_eq!(rebuilt(&film_of(&[(12, [0.1; 3]); 16])).variance_of_mean(), Some([0.0; 3]));
         assert_eq!(rebuilt(&PixelMoments::default()), PixelMoments::default());

@@ -1,4 +1,4 @@
-//! Parts of a render: films that can go on, or be joined, without losing a bit.
+//! Parts of a render: films that can be continued, or joined, without losing a bit.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -17,7 +17,7 @@ const MAX_VALUES: u64 = 1 << 32;
 
 const NO_PART: &str = "it is no part of a render (--samples, --crop with --spp, and checkpoints make these)";
 
-/// Reads what a part says of itself, and where it lies, without its pixels.
+/// Reads the metadata and the position of a part, without its pixels.
 ///
 /// # Errors
 /// Where the file is missing, damaged, no part of a render, or has settings in another format.
@@ -32,14 +32,14 @@ pub fn read_part_header(path: &Path) -> Result<(Metadata, Window), ReadError> {
     judge_header(json.as_deref(), [corner.x(), corner.y()], size).map_err(fail)
 }
 
-/// What the attribute says, if it agrees with the file's data window.
+/// The metadata of the attribute, if it agrees with the file's data window.
 fn judge_header(json: Option<&str>, corner: [i32; 2], size: [usize; 2]) -> Result<(Metadata, Window), String> {
     let metadata: Metadata = serde_json::from_str(json.ok_or(NO_PART)?)
         .map_err(|_| "it is damaged: its metadata cannot be read".to_owned())?;
     let whole = metadata.part.as_ref().ok_or(NO_PART)?.size;
     metadata.check_settings()?;
     let edges = metadata.crop.unwrap_or([0, 0, whole[0], whole[1]]);
-    let damaged = || "it is damaged: what it says of its place is not where its pixels are".to_owned();
+    let damaged = || "it is damaged: its attribute and its data window name different pixels".to_owned();
     let window = Window::crop(whole, edges).ok_or_else(damaged)?;
     let agrees = window.corner.map(i64::from) == corner.map(i64::from) && window.size.map(|x| x as usize) == size;
     let [first, end] = metadata.sample_range;
@@ -151,23 +151,23 @@ mod tests {
     fn parts_come_back_bit_for_bit() {
         for window in [Window::all(5, 3), Window::crop([9, 70], [2, 3, 7, 41]).unwrap()] {
             let (film, metadata) = part(window);
-            let (back, told) = decode_part(&encode_exr(&film, &metadata).unwrap()).unwrap();
+            let (back, header) = decode_part(&encode_exr(&film, &metadata).unwrap()).unwrap();
             assert_eq!(back.window(), window);
             assert!(back.pixels() == film.pixels() && back.features() == film.features());
             let checksum = checksum(&film, [0, 15]);
-            assert_eq!(told, Metadata { part: Some(RenderPart { checksum, ..metadata.part.unwrap() }), ..metadata });
+            assert_eq!(header, Metadata { part: Some(RenderPart { checksum, ..metadata.part.unwrap() }), ..metadata });
         }
     }
 
     #[test]
-    fn the_header_alone_tells_place_and_samples() {
+    fn the_header_alone_states_place_and_samples() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.exr");
         let window = Window::crop([9, 70], [2, 3, 7, 41]).unwrap();
         let (film, metadata) = part(window);
         crate::write_exr(&path, &film, &metadata).unwrap();
-        let (told, place) = read_part_header(&path).unwrap();
-        assert_eq!((place, told.sample_range, told.crop), (window, [0, 15], Some([2, 3, 7, 41])));
+        let (header, place) = read_part_header(&path).unwrap();
+        assert_eq!((place, header.sample_range, header.crop), (window, [0, 15], Some([2, 3, 7, 41])));
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_other_versions_and_damage_are_told_apart() {
+    fn parts_of_other_versions_and_damage_are_distinguished() {
         let (film, metadata) = part(Window::all(2, 2));
         for (version, words) in [("0.0.1", "it is of another version"), (env!("CARGO_PKG_VERSION"), "it is damaged")] {
             let metadata = Metadata { version: version.into(), ..metadata.clone() };
@@ -203,7 +203,7 @@ mod tests {
         assert!(header("{\"version\":1,\"sampler\":2}").unwrap_err().contains("damaged"));
     }
 
-    /// Whatever is damaged is told, or has no effect on what is read.
+    /// Any damage is reported, or has no effect on the result.
     #[test]
     fn damage_is_found() {
         let (film, metadata) = part(Window::crop([9, 9], [1, 1, 8, 9]).unwrap());

@@ -26,7 +26,7 @@ impl Display {
 }
 
 /// Writes the mean of a film as an 8-bit RGB PNG; of a film with coverage, as RGBA with straight
-/// alpha: the colour of what covers a pixel is tone mapped, and alpha is the linear share that it
+/// alpha: the colour of the covering surfaces is tone mapped, and alpha is the linear share that it
 /// covers.
 ///
 /// # Errors
@@ -56,7 +56,7 @@ fn straight(film: &Film, i: usize, display: &Display) -> [u8; 4] {
     [r, g, b, to_u8(alpha)]
 }
 
-/// Writes sRGB bytes, one triple a pixel from the top left, as a PNG.
+/// Writes sRGB bytes, one triple per pixel from the top left, as a PNG.
 ///
 /// # Errors
 /// Where the size does not fit or the file cannot be written; the target is then as it was.

@@ -11,8 +11,7 @@ const KEYWORD: &str = "surelight";
 /// Bytes before the first chunk that may hold text: the signature and IHDR.
 const HEAD: usize = 8 + 25;
 
-/// Writes what [`crate::write_png`] writes, with the exposure as a JSON text under the keyword
-/// `surelight`.
+/// Like [`crate::write_png`], with the exposure as a JSON text under the keyword `surelight`.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.

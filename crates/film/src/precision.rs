@@ -6,17 +6,17 @@ use surelight_estimate::{chebyshev_half_width, student_t_quantile};
 
 use crate::{Certificate, Film, luminance};
 
-/// Of the certified pixels, this share must be as precise as asked for.
+/// Of the certified pixels, this share must be as precise as requested.
 pub const PRECISE_SHARE: f64 = 0.9;
 
-/// Of the pixels at which light can arrive, this share must be certified.
+/// Of the reachable pixels, this share must be certified.
 pub const CERTIFIED_SHARE: f64 = 0.5;
 
-/// Pixels darker than this share of the mean luminance (of pixels at which light can arrive) are
-/// judged by that instead of their own.
+/// Pixels darker than this share of the mean luminance (of reachable pixels) are judged by that
+/// instead of their own.
 pub const LUMINANCE_FLOOR: f64 = 0.1;
 
-/// What makes an interval of a standard error.
+/// The bound that makes an interval of a standard error.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -49,35 +49,35 @@ pub struct Precision {
     pub error: f64,
     /// Of each pixel's interval, 0 to 1.
     pub confidence: f64,
-    /// What makes the interval.
+    /// The bound of the interval.
     pub bound: Bound,
 }
 
-/// How precise a picture is.
+/// The precision that a picture has reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct Convergence {
     /// Relative half-width that nine tenths of the certified pixels stay within; infinite where
     /// none is certified.
     pub half_width: f64,
-    /// Share of the pixels at which light can arrive that are certified, 0 to 1.
+    /// Share of the reachable pixels that are certified, 0 to 1.
     pub certified: f64,
 }
 
 impl Precision {
     /// How precise the film is at this confidence and bound.
-    pub fn reach(&self, film: &Film, certificate: &Certificate) -> Reach {
+    pub fn reach(&self, film: &Film, certificate: &Certificate) -> Convergence {
         let Certificate { certified, reachable, .. } = certificate;
         let chosen: Vec<bool> = certified.iter().zip(reachable).map(|(&c, &r)| c && r).collect();
-        Reach { half_width: self.half_width(film, &chosen, reachable), certified: certificate.share() }
+        Convergence { half_width: self.half_width(film, &chosen, reachable), certified: certificate.share() }
     }
 
     /// Whether that is enough.
-    pub fn is_met(&self, reach: &Reach) -> bool {
+    pub fn is_reached(&self, reach: &Convergence) -> bool {
         reach.certified >= CERTIFIED_SHARE && reach.half_width <= self.error
     }
 
     /// Relative half-width that nine tenths of the pixels chosen stay within; infinite where none
-    /// is. `reachable`: the pixels at which light can arrive ([`Film::reachable`]).
+    /// is.
     ///
     /// The standard error of luminance is taken as Σ w_c σ_c: see [`crate::ErrorSummary`].
     pub fn half_width(&self, film: &Film, chosen: &[bool], reachable: &[bool]) -> f64 {
@@ -131,7 +131,7 @@ mod tests {
         }
         let certificate = film.certify();
         assert!(!certificate.certified[10]);
-        // The firefly's own neighbours are spared here: this is about the rank.
+        // The firefly's own neighbours are left out here: this is about the rank.
         let chosen: Vec<bool> = (0..11).map(|i| i < 10).collect();
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
         // The ninth of ten: s² = 0.09²·16/15, over 16.
@@ -144,8 +144,8 @@ mod tests {
     #[test]
     fn both_conditions_are_needed() {
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
-        for (half_width, certified, met) in [(0.04, 0.9, true), (0.06, 0.9, false), (0.04, 0.4, false)] {
-            assert_eq!(precision.is_met(&Reach { half_width, certified }), met);
+        for (half_width, certified, reached) in [(0.04, 0.9, true), (0.06, 0.9, false), (0.04, 0.4, false)] {
+            assert_eq!(precision.is_reached(&Convergence { half_width, certified }), reached);
         }
     }
 

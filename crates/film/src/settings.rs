@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use crate::Precision;
 
 /// All settings that shape a picture, except the seed and the number of samples
-/// ([`crate::Metadata`]) and what the scene hash covers.
+/// ([`crate::Metadata`]) and the contents of the scene hash.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RenderSettings {
@@ -211,7 +211,7 @@ impl RenderSettings {
     pub const VERSION: u32 = 1;
 
     /// Whether all fields were read. Of a record in another format, only [`Self::path_reuse`] and
-    /// [`Self::transparent`] are: they tell how to read the pixels.
+    /// [`Self::transparent`] are: they determine how to read the pixels.
     pub fn is_current(&self) -> bool {
         self.version == Self::VERSION
     }
@@ -228,8 +228,8 @@ impl RenderSettings {
         }
     }
 
-    /// Reads the record of a file; of a record in another format, only what [`Self::is_current`]
-    /// names. An empty record is none.
+    /// Reads the record of a file; of a record in another format, only the fields that
+    /// [`Self::is_current`] names. An empty record is none.
     pub(crate) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Self>, D::Error> {
         // Read twice from the text: a `Value` holds f64, which may round an f32 twice.
         let raw = Box::<RawValue>::deserialize(deserializer)?;
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_absent_is_the_default() {
+    fn absent_fields_have_their_defaults() {
         assert_eq!(read("{\"version\":1}").unwrap().settings, Some(RenderSettings::default()));
         let json = serde_json::to_value(RenderSettings::default()).unwrap();
         let names: Vec<_> = json.as_object().unwrap().keys().cloned().collect();
@@ -312,7 +312,8 @@ mod tests {
         assert_eq!(serde_json::to_value(Metadata::default()).unwrap().get("settings"), None);
     }
 
-    /// The rest of the metadata, and what tells how to read the pixels, are read whatever the format.
+    /// The rest of the metadata, and the fields that determine how to read the pixels, are read
+    /// whatever the format.
     #[test]
     fn other_formats_are_refused_in_words() {
         let old = "{\"camera\":{\"name\":\"\",\"projection\":\"Perspective { yfov: 0.5, aspect: None }\"},\

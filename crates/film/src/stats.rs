@@ -14,10 +14,10 @@ pub(crate) fn luminance(rgb: [f64; 3]) -> f64 {
 
 /// Relative standard errors of the pixels of a film, in luminance.
 ///
-/// The channels of a pixel come from the same paths, so their errors are not independent and
-/// their correlation is not stored. The standard error of luminance is taken as Σ w_c σ_c, which it
-/// reaches when channels vary together and never exceeds. Black pixels (mean 0) and pixels below two
-/// batches have no relative error and are left out.
+/// The channels of a pixel come from the same paths, so their errors are not independent and their
+/// correlation is not stored. The standard error of luminance is taken as Σ w_c σ_c, which it
+/// reaches when channels vary together and never exceeds. Black pixels (mean 0) and pixels below
+/// two batches have no relative error and are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorSummary {
     /// Mean of the relative standard errors (0.01 is one percent).

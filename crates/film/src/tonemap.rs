@@ -1,12 +1,13 @@
 //! From linear Rec. 709 radiance to display values: tone curves and the sRGB transfer function.
 //!
-//! Everything is f64 and branch-free of the platform's fast-math, so equal radiance gives equal bytes.
+//! Everything is f64 and branch-free of the platform's fast-math, so equal radiance gives equal
+//! bytes.
 
-/// How radiance is brought into the display's range.
+/// Maps radiance to the display's range.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum ToneMap {
-    /// Khronos PBR Neutral (Khronos Group 2024, `ToneMapping/PBR_Neutral`): base colours are kept
-    /// as they are, only highlights are compressed.
+    /// Khronos PBR Neutral (Khronos Group 2024, `ToneMapping/PBR_Neutral`): base colours are kept,
+    /// only highlights are compressed.
     #[default]
     Neutral,
     /// AgX (Sobotka 2022) with its default look, its sigmoid as the sixth-order polynomial of
@@ -92,7 +93,7 @@ fn aces(rgb: [f64; 3]) -> [f64; 3] {
 }
 
 /// The sRGB transfer function (IEC 61966-2-1): display light in [0, 1] to code value in [0, 1].
-/// Values outside are clipped; what is not a number becomes 0.
+/// Values outside are clipped; NaN becomes 0.
 pub fn linear_to_srgb(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     if x.is_nan() {
@@ -117,7 +118,7 @@ mod tests {
 
     #[test]
     fn neutral_keeps_base_colours() {
-        // The specification's design: a base colour is seen 4 % darker, for the 4 % of Fresnel
+        // The specification's design: a base colour is displayed 4 % darker, for the 4 % of Fresnel
         // reflection that a lit dielectric adds to it.
         let mapped = ToneMap::Neutral.map([0.5, 0.2, 0.3]);
         for (value, expected) in mapped.into_iter().zip([0.46, 0.16, 0.26]) {
@@ -127,7 +128,8 @@ mod tests {
         assert!((ToneMap::Neutral.map([0.04; 3])[0] - 0.01).abs() < 1e-12);
         // Shoulder at grey 1.04: peak 1.0, new peak 1 − 0.24²/(1.0 + 0.24 − 0.76) = 0.88.
         assert!((ToneMap::Neutral.map([1.04; 3])[1] - 0.88).abs() < 1e-12);
-        // A pure red of 2: offset 0, new peak 1 − 0.0576/1.48, whitened by 1 − 1/(0.15·(2 − new peak) + 1).
+        // A pure red of 2: offset 0, new peak 1 − 0.0576/1.48, whitened by 1 − 1/(0.15·(2 − new
+        // peak) + 1).
         let new_peak = 1.0 - 0.0576 / 1.48;
         let white = 1.0 - 1.0 / (0.15 * (2.0 - new_peak) + 1.0);
         let red = ToneMap::Neutral.map([2.0, 0.0, 0.0]);
@@ -139,8 +141,8 @@ mod tests {
         // AgX puts middle grey, 0.18, at a code value of about 0.5 on its 2.2 display.
         let grey = ToneMap::Agx.map([0.18; 3])[0].powf(1.0 / 2.2);
         assert!((grey - 0.4975).abs() < 0.01, "{grey}");
-        // Hill's fit by hand at 0.18: (0.18·0.2045786 − 9.0537e-5)/(0.18·(0.17707122 + 0.432951) + 0.238081);
-        // rows of both matrices sum to one up to their five digits.
+        // Hill's fit by hand at 0.18: (0.18·0.2045786 − 9.0537e-5)/(0.18·(0.17707122 + 0.432951) +
+        // 0.238081); rows of both matrices sum to one up to their five digits.
         let curve = (0.18 * 0.2045786 - 0.000090537) / (0.18 * (0.983729 * 0.18 + 0.432951) + 0.238081);
         assert!((ToneMap::Aces.map([0.18; 3])[1] - curve).abs() < 1e-5);
         assert!((curve - 0.1054).abs() < 1e-3);
@@ -161,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn no_value_breaks_a_byte() {
+    fn every_value_fits_a_byte() {
         for tone_map in ALL {
             for x in [0.0, -1.0, 1e-40, 1.0, 65504.0, f64::from(f32::MAX)] {
                 for rgb in [[x; 3], [x, 0.0, 0.0], [0.0, x, 1.0]] {

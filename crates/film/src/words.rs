@@ -11,7 +11,7 @@ pub(crate) fn word_name(word: usize) -> String {
     format!("{PREFIX}{word:02}")
 }
 
-/// What the names of channels begin with that are no picture.
+/// Prefixes of channel names that are no picture.
 pub(crate) const PREFIX: &str = "Moments.";
 
 /// Words of a pixel's coverage. They are numbered from [`WORDS`] on.
@@ -32,7 +32,7 @@ pub(crate) fn coverage_of_words(words: [u32; COVERAGE_WORDS]) -> DoubleDouble {
 /// Pixels that are hashed in one go.
 const CHUNK: usize = 4096;
 
-/// Hash of all totals and of what samples they hold, by which damage is found out; not for security.
+/// Hash of all totals and of their sample ranges, which detects damage; not for security.
 pub(crate) fn checksum(film: &Film, samples: [u64; 2]) -> String {
     let pixels = film.pixels();
     let mut hashes: Vec<u64> =
@@ -48,7 +48,7 @@ pub(crate) fn checksum(film: &Film, samples: [u64; 2]) -> String {
     format!("{:016x}", whole.digest())
 }
 
-/// XXH3 over the little-endian words of things that have `N` each.
+/// XXH3 over little-endian words, `N` per item.
 fn hash<T, const N: usize>(things: &[T], word: impl Fn(&T, usize) -> u32) -> u64 {
     let mut hash = Xxh3::new();
     for thing in things {

@@ -7,7 +7,8 @@ pub(crate) struct Slot {
     pub(crate) alias: u32,
 }
 
-/// Vose's construction (IEEE Trans. Software Eng. 17(9), 1991) in f64. All weights must be finite and ≥ 0, one above 0.
+/// Vose's construction (IEEE Trans. Software Eng. 17(9), 1991) in f64. All weights must be finite
+/// and ≥ 0, one above 0.
 pub(crate) fn alias_table(weights: &[f64]) -> Vec<Slot> {
     let total: f64 = weights.iter().sum();
     let mut scaled: Vec<f64> = weights.iter().map(|w| w * weights.len() as f64 / total).collect();
@@ -21,7 +22,8 @@ pub(crate) fn alias_table(weights: &[f64]) -> Vec<Slot> {
             small.push(l);
         }
     }
-    // What is left on either side is 1 up to rounding; a weight of 0 must stay unreachable all the same.
+    // The rest on either side is 1 up to rounding; a weight of 0 must nevertheless stay
+    // unreachable.
     if let Some(heaviest) = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])) {
         for (slot, &weight) in slots.iter_mut().zip(weights) {
             if weight == 0.0 && slot.threshold > 0.0 {

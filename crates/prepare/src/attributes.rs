@@ -10,7 +10,7 @@ use crate::{
     kernel_key::{KernelKey, Part},
 };
 
-/// Where the words of a record stand. Twin of the constants in `package::generated`.
+/// The positions of a record's words. Counterpart of the constants in `package::generated`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct AttributeLayout {
     stride: u32,
@@ -56,7 +56,8 @@ impl AttributeLayout {
         .to_vec()
     }
 
-    /// The records of all triangles in prim order. `light_words`: one a triangle, when area lights are sampled.
+    /// The records of all triangles in prim order. `light_words`: one a triangle, when area lights
+    /// are sampled.
     pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, key: &KernelKey, light_words: &[u32]) -> Vec<u32> {
         let mut words = vec![0; self.stride as usize * accel.triangles.len()];
         for (prim, (record, source)) in words.chunks_exact_mut(self.stride as usize).zip(&accel.triangles).enumerate() {
@@ -116,7 +117,8 @@ impl AttributeLayout {
     }
 }
 
-/// The front's normal of a triangle whose corners are in the order of its item, in the space that the item is in.
+/// The front's normal of a triangle whose corners are in the order of its item, in the space that
+/// the item is in.
 fn flat_normal(mesh: &surelight_scene::Mesh, corners: [usize; 3], to_world: Option<DMat3>) -> Vec3 {
     let [a, b, c] = corners.map(|i| to_world.unwrap_or(DMat3::IDENTITY) * mesh.positions[i].as_dvec3());
     (b - a).cross(c - a).normalize_or_zero().as_vec3()

@@ -4,7 +4,7 @@
 const BATCHES: u32 = 16;
 
 /// Sums on the device are f32: batches stay short.
-const MOST_SAMPLES: u32 = 4096;
+const MAX_SAMPLES: u32 = 4096;
 
 /// The largest power of two up to `n`, 1 for 0.
 fn power_of_two(n: u32) -> u32 {
@@ -14,31 +14,30 @@ fn power_of_two(n: u32) -> u32 {
 /// The sizes of batches, which follow from the samples planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Batches {
-    /// Samples a pixel that are planned: a full batch is 1/16 of them, rounded down to a power of
-    /// two. Without a plan, batches grow with what is done, so that there are never fewer than 16
-    /// that count.
+    /// Planned samples per pixel: a full batch is 1/16 of them, rounded down to a power of two.
+    /// Without a plan, batches grow with the samples done, so that at least 16 carry most of the
+    /// weight.
     pub planned: Option<u32>,
 }
 
 impl Batches {
-    /// Samples of a full batch when `done` samples a pixel are done.
+    /// Samples of a full batch after `done` samples per pixel.
     pub fn full(self, done: u32) -> u32 {
-        power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MOST_SAMPLES)
+        power_of_two(self.planned.unwrap_or(done) / BATCHES).min(MAX_SAMPLES)
     }
 
-    /// Samples in the next batch, when `done` samples a pixel are done and `until` are wanted; 0
-    /// when there is nothing left.
+    /// Samples in the next batch, after `done` samples per pixel of `until`; 0 at the end.
     ///
     /// The first full batch comes in pieces of 1, 1, 2, 4, … samples: there is soon an image to
-    /// save when the render is interrupted, however many samples it was to have. What is left over
-    /// at the end makes a shorter batch.
+    /// save when the render is interrupted, however many samples are planned. The remainder at the
+    /// end makes a shorter batch.
     pub fn next(self, done: u32, until: Option<u32>) -> u32 {
         let left = until.map_or(u32::MAX, |until| until.saturating_sub(done));
         self.full(done).min(power_of_two(done)).min(left)
     }
 
-    /// The batches that end around a sample: where the last one up to it ends, how many there are
-    /// until there, and where the next one ends, when `planned` samples are wanted.
+    /// The batches that end around a sample: the end of the last one up to it, the number of
+    /// batches until there, and the end of the next one, with `planned` samples in all.
     pub fn around(self, sample: u32) -> ([u32; 2], u32) {
         let (mut done, mut count) = (0, 0);
         loop {
@@ -60,7 +59,7 @@ impl Batches {
         match self.planned {
             Some(_) => left / samples,
             // Until the next size is due.
-            None if samples < MOST_SAMPLES => (2 * BATCHES * samples - done).min(left) / samples,
+            None if samples < MAX_SAMPLES => (2 * BATCHES * samples - done).min(left) / samples,
             None => (left / samples).min(BATCHES),
         }
         .max(1)

@@ -1,21 +1,21 @@
-//! What a kernel is made from, and what is known of it before the BVH is.
+//! The inputs of a kernel, and predictions of them before the BVH is built.
 
 use surelight_scene::Scene;
 
 use super::attributes::AttributeLayout;
 use crate::{compose::Constant, kernel_key::KernelKey};
 
-/// What a path kernel is made from: two of the same blueprint are the same program.
+/// The inputs of a path kernel: two of the same blueprint are the same program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blueprint {
-    /// What it contains.
+    /// Its parts.
     pub(crate) key: KernelKey,
-    /// What it is specialised with.
+    /// Its specialisation constants.
     pub constants: Vec<Constant>,
 }
 
 impl Blueprint {
-    /// What the kernel contains.
+    /// The parts of the kernel.
     pub fn key(&self) -> KernelKey {
         self.key
     }
@@ -27,15 +27,16 @@ impl Blueprint {
     }
 }
 
-/// Room that is left for trees whose depth is not known yet. Kernels are made for that, or for more where a tree turns out deeper.
+/// Room that is left for trees whose depth is not known yet. Kernels are made for that, or for more
+/// where a tree turns out deeper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Room {
+pub(crate) struct StackReserve {
     stack: u32,
     light_levels: u32,
 }
 
-impl Room {
-    /// Trees over so many triangles are hardly ever deeper.
+impl StackReserve {
+    /// Trees over so many triangles are rarely deeper.
     pub(crate) fn likely(scene: &Scene) -> Self {
         let [triangles, emissive] = placed_triangles(scene);
         let stack = (triangles.max(1).ilog2() + 7).next_multiple_of(8);
@@ -60,10 +61,10 @@ impl Room {
     }
 }
 
-/// Triangles as they are placed, and the emissive ones among them.
+/// Placed triangles, and the emissive ones among them.
 pub(crate) fn placed_triangles(scene: &Scene) -> [u64; 2] {
     scene.instances.iter().fold([0, 0], |[all, emissive], instance| {
-        // Whoever builds the trees refuses indices that are out of range.
+        // Building the trees refuses indices that are out of range.
         let Some(mesh) = scene.meshes.get(instance.mesh) else { return [all, emissive] };
         let count = mesh.triangles.len() as u64;
         let emits = scene.materials.get(mesh.material).is_some_and(|m| m.is_emissive());

@@ -1,20 +1,21 @@
 //! Where light may be mirrored or bent: balls around every surface that may scatter by a delta.
 //!
-//! Particles from the lights are sent towards these alone, so no such surface may be outside of all balls.
+//! Particles from the lights are sent towards these alone, so no such surface may be outside of all
+//! balls.
 
 use glam::{DVec3, Vec3};
 use surelight_scene::Scene;
 
-/// Most balls. Each is looked at for each particle.
-const MOST: usize = 16;
+/// Maximum number of balls. Each particle tests every ball.
+const MAX_BALLS: usize = 16;
 
 /// Halvings of space that balls are fitted to.
 const DEPTH: u32 = 7;
 
-/// How much less a cover with one ball more must be worth to be taken.
+/// Relative cost that each additional ball must save.
 const EACH: f64 = 0.02;
 
-/// Balls are larger by this share than what they hold: rounding must not let an edge out.
+/// Balls are larger than their contents by this share: rounding must not leave an edge outside.
 const MARGIN: f64 = 1e-3;
 
 /// A ball in camera space.
@@ -24,7 +25,8 @@ pub(crate) struct Ball {
     pub(crate) radius: f64,
 }
 
-/// Balls, and the sum of their squared radii: what particles that are sent to them are spread over.
+/// Balls, and the sum of their squared radii, which is proportional to the area that particles are
+/// spread over.
 #[derive(Clone, Debug, Default)]
 struct Cover {
     balls: Vec<Ball>,
@@ -62,7 +64,7 @@ fn ball_around(triangles: &[[Vec3; 3]]) -> Ball {
     let low = points().fold(DVec3::INFINITY, DVec3::min);
     let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
     let center = (low + high) * 0.5;
-    // What the kernel is given is rounded.
+    // The kernel gets rounded values.
     let center = center.as_vec3().as_dvec3();
     let reach = points().map(|p| p.distance(center)).fold(0.0, f64::max);
     Ball { center, radius: reach * (1.0 + MARGIN) + 1e-6 * center.abs().max_element() + 1e-30 }
@@ -74,7 +76,7 @@ fn covers(triangles: &mut [[Vec3; 3]], depth: u32) -> Vec<Cover> {
     if depth == 0 || triangles.len() < 2 {
         return best;
     }
-    // Halved in space, not in number: what is finely tessellated is not more of it.
+    // Halved in space, not in number: fine tessellation must not attract balls.
     let middle = |t: &[Vec3; 3]| (t[0] + t[1] + t[2]) / 3.0;
     let low = triangles.iter().map(middle).fold(Vec3::INFINITY, Vec3::min);
     let high = triangles.iter().map(middle).fold(Vec3::NEG_INFINITY, Vec3::max);
@@ -95,7 +97,7 @@ fn covers(triangles: &mut [[Vec3; 3]], depth: u32) -> Vec<Cover> {
     for a in &left {
         for b in &right {
             let (count, cost) = (a.balls.len() + b.balls.len(), a.cost + b.cost);
-            if count > MOST {
+            if count > MAX_BALLS {
                 continue;
             }
             if best.len() < count {
@@ -116,9 +118,9 @@ pub(crate) fn cover(mut triangles: Vec<[Vec3; 3]>) -> Vec<Ball> {
     if triangles.is_empty() {
         return Vec::new();
     }
-    let worth = |cover: &Cover| cover.cost * (1.0 + EACH * cover.balls.len() as f64);
+    let total_cost = |cover: &Cover| cover.cost * (1.0 + EACH * cover.balls.len() as f64);
     let all = covers(&mut triangles, DEPTH);
-    all.into_iter().min_by(|a, b| worth(a).total_cmp(&worth(b))).map(|cover| cover.balls).unwrap_or_default()
+    all.into_iter().min_by(|a, b| total_cost(a).total_cmp(&total_cost(b))).map(|cover| cover.balls).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -134,14 +136,14 @@ mod tests {
         let places: Vec<Vec3> =
             (0..500).map(|i| Vec3::new((i * 37 % 101) as f32, (i * 61 % 97) as f32, (i % 7) as f32)).collect();
         let balls = cover(specks(&places));
-        assert!(balls.len() <= MOST && balls.len() > 1, "{}", balls.len());
+        assert!(balls.len() <= MAX_BALLS && balls.len() > 1, "{}", balls.len());
         for corner in specks(&places).iter().flatten() {
             assert!(balls.iter().any(|b| b.center.distance(corner.as_dvec3()) <= b.radius), "{corner}");
         }
     }
 
     #[test]
-    fn what_stands_apart_has_balls_of_its_own() {
+    fn separate_casters_have_separate_balls() {
         let balls = cover(specks(&[Vec3::ZERO, Vec3::X * 5.0, Vec3::X * 5.005]));
         assert_eq!(balls.len(), 2);
         assert!(balls.iter().all(|b| b.radius < 0.02), "{balls:?}");

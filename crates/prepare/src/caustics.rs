@@ -1,5 +1,5 @@
-//! What particles from the lights need: where they are sent, from which light, and whether they can
-//! be sent at all.
+//! Inputs of light tracing: the targets of particles, the choice of lights, and whether particles
+//! are possible at all.
 
 use std::f64::consts::PI;
 
@@ -23,27 +23,28 @@ pub(crate) struct Caustics {
     pub(crate) casters: Vec<[f32; 4]>,
     /// Lights, by about how much each sends to the casters.
     pub(crate) table: Vec<LightEntry>,
-    /// What a particle of the usual flux brings to a pixel's sample at the casters' distance.
+    /// The contribution of a particle of the usual flux to a pixel's sample at the casters'
+    /// distance.
     pub(crate) usual: f64,
     /// Samples of all pixels for which one particle per pixel is sent: few particles where they
-    /// bring little.
+    /// contribute little.
     pub(crate) samples_per_particle: u32,
 }
 
 /// Why there is nothing to trace from the lights.
 pub(super) const NOTHING_SMOOTH: &str = "no surface is smooth glass or a mirror";
 
-/// Surfaces that a ray from a point may pass before it is given up.
-const MOST_PASSED: u32 = 64;
+/// Surfaces that a ray from a point may pass before it is abandoned.
+const MAX_PASSED: u32 = 64;
 
 /// Below this share of the light, a fourth of the usual number of particles is sent.
 const SMALL_SHARE: f64 = 0.01;
 
 impl Caustics {
-    /// What is needed, or the reason why particles are of no use.
+    /// The inputs of light tracing, or the reason why light tracing is impossible or has no effect.
     ///
     /// `balls`: around all surfaces that may scatter by a delta. `volume`: whether some medium
-    /// absorbs. `share`: of the light that surfaces scatter, what comes by deltas first.
+    /// absorbs. `share`: of the light that surfaces scatter, the part by way of delta lobes.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         scene: &Scene,
@@ -107,13 +108,13 @@ fn scene_lights(scene: &Scene) -> impl Iterator<Item = &surelight_scene::Light> 
     scene.lights.iter().filter(|light| luminance(light.intensity) > 0.0)
 }
 
-/// Area that the picture stands for at the distance of the casters, m².
+/// Area of the picture at the distance of the casters, m².
 fn spread(camera: &Camera, balls: &[Ball]) -> f64 {
     match camera.projection {
         Projection::Orthographic { xmag, ymag } => 4.0 * xmag * ymag,
         Projection::Perspective { yfov, .. } => {
             // The middle, on a logarithmic scale, between the nearest and the farthest; the shape
-            // of the picture hardly matters.
+            // of the picture has little effect.
             let distances = || balls.iter().map(|b| b.center.length().max(b.radius));
             let (near, far) = (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
             4.0 * (0.5 * yfov).tan().powi(2) * near * far
@@ -121,7 +122,7 @@ fn spread(camera: &Camera, balls: &[Ball]) -> f64 {
     }
 }
 
-/// 1 − cos of the cone in which a ball is seen; 2 from within.
+/// 1 − cos of the cone that a ball subtends; 2 from within.
 pub(super) fn cone_height(ball: &Ball, from: DVec3) -> f64 {
     let s2 = ball.radius * ball.radius / (ball.center - from).length_squared();
     if s2 < 1.0 { s2 / (1.0 + (1.0 - s2).sqrt()) } else { 2.0 }
@@ -158,8 +159,8 @@ fn punctual_power(light: &surelight_scene::Light, origin: DVec3, balls: &[Ball])
     }
 }
 
-/// Whether the camera stands inside a medium: whether the first surface of one, on most of three
-/// rays, is met from within.
+/// Whether the camera is inside a medium: whether most of three rays hit the first surface of one
+/// from within.
 fn in_medium(scene: &Scene, accel: &Accel) -> bool {
     let directions = [Vec3::new(0.61, 0.53, 0.59), Vec3::new(-0.57, 0.49, -0.66), Vec3::new(0.31, -0.81, -0.5)];
     directions.into_iter().filter(|&d| starts_inside(scene, accel, d.normalize())).count() >= 2
@@ -167,7 +168,7 @@ fn in_medium(scene: &Scene, accel: &Accel) -> bool {
 
 fn starts_inside(scene: &Scene, accel: &Accel, direction: Vec3) -> bool {
     let mut ray = Ray::new(Vec3::ZERO, direction);
-    for _ in 0..MOST_PASSED {
+    for _ in 0..MAX_PASSED {
         let Some(hit) = accel.intersect(&ray) else { return false };
         let surface = Surface::at(scene, accel, &hit);
         if surface.material.volume.is_some() && transmits(surface.material) {

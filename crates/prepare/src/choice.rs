@@ -1,4 +1,4 @@
-//! What the scene decides of the method: [`Integrator::Auto`], light tracing, reuse of paths.
+//! Decisions on the method by the scene: [`Integrator::Auto`], light tracing, reuse of paths.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use surelight_scene::Scene;
 
 use crate::{
     caustics::NOTHING_SMOOTH,
-    clip::Cut,
+    clip::ActiveClipPlanes,
     kernel_key::{Estimator, KernelKey, Part},
     light_flow::LightFlow,
     materials::PreparedMaterial,
@@ -15,17 +15,19 @@ use crate::{
     textures::Textures,
 };
 
-/// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`] traces it from the lights.
+/// Of the light that surfaces scatter, the share that may be missing before [`Integrator::Auto`]
+/// traces it from the lights.
 pub(crate) const MAX_MISSING: f64 = 1e-3;
 
 /// Shares below this are none.
 pub(crate) const MIN_DELTA_SHARE: f64 = 1e-4;
 
-/// From this relative variance per sample on, tracing light from the lights pays for itself (docs/performance.md), and from the second
-/// where neighbours would share paths instead.
+/// From this relative variance per sample on, tracing light from the lights pays for itself
+/// (docs/performance.md), and from the second where neighbours would share paths instead.
 pub(crate) const MIN_CHANCE_NOISE: [f64; 2] = [0.5, 1.5];
 
-/// What [`Integrator::Auto`] stands for, and why. `shares`: whether neighbours would share paths without particles.
+/// The integrator that [`Integrator::Auto`] chooses, and why. `shares`: whether neighbours would
+/// reuse paths without particles.
 pub(crate) fn choose(
     flow: &LightFlow,
     refused: Option<&'static str>,
@@ -66,7 +68,7 @@ pub(crate) fn choose(
 }
 
 /// Why light cannot be traced from the lights, whatever the scene holds.
-pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: Cut) -> Option<&'static str> {
+pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: ActiveClipPlanes) -> Option<&'static str> {
     if key.has(Part::Volume) && cut.medium {
         return Some("the camera's near plane cuts an absorbing medium");
     }
@@ -74,7 +76,8 @@ pub(crate) fn refusal(settings: &Settings, key: &KernelKey, cut: Cut) -> Option<
     key.objection(Estimator::LightTracing).or(short.then_some("paths are too short for it"))
 }
 
-/// Whether some surface of a scene may be so smooth that [`Integrator::Caustics`] differs from [`Integrator::Mis`].
+/// Whether some surface of a scene may be so smooth that [`Integrator::Caustics`] differs from
+/// [`Integrator::Mis`].
 pub fn may_have_caustics(scene: &Scene) -> bool {
     let mut textures = Textures::default();
     let smooth = |m: &surelight_scene::Material| may_be_smooth(&PreparedMaterial::new(scene, m, &mut textures));
@@ -83,7 +86,7 @@ pub fn may_have_caustics(scene: &Scene) -> bool {
 }
 
 /// Whether there is something that neighbours can share, and nothing that keeps them from it.
-pub(crate) fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
+pub(crate) fn may_reuse_paths(settings: &Settings, key: &KernelKey) -> bool {
     let light = [Part::LightSampling, Part::Emission, Part::EnvironmentUniform, Part::EnvironmentMap];
     settings.integrator == Integrator::Mis
         && light.into_iter().any(|part| key.has(part))
@@ -91,7 +94,8 @@ pub(crate) fn may_share_paths(settings: &Settings, key: &KernelKey) -> bool {
         && key.objection(Estimator::PathReuse).is_none()
 }
 
-/// From here on [`SharedPaths::Auto`] has paths shared (docs/performance.md). Where surfaces are glossy, sharing costs more.
-pub(crate) fn least_interreflection(key: &KernelKey) -> f64 {
+/// From here on [`PathReuse::Auto`] has paths shared (docs/performance.md). Where surfaces are
+/// glossy, sharing costs more.
+pub(crate) fn min_interreflection_share(key: &KernelKey) -> f64 {
     if key.has(Part::Ggx) { 0.6 } else { 0.35 }
 }

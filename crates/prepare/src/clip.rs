@@ -1,24 +1,24 @@
 //! Which of a camera's clipping planes cut something off the picture (glTF 2.0, section 3.10.3).
 //!
-//! Only then does the kernel know of them. Triangles are clipped, in f64, to the part of the view
-//! between the camera and the near plane, and to the part beyond the far plane: a triangle of which
-//! anything remains there is cut.
+//! Only then does the kernel contain them. Triangles are clipped, in f64, to the part of the view
+//! between the camera and the near plane, and to the part beyond the far plane: a triangle with a
+//! remainder there is clipped.
 
 use glam::{DAffine3, DMat3, DVec3, DVec4};
 use surelight_scene::{Camera, ClipRange, Material, Mesh, Projection, Scene};
 
 use super::{Settings, lobes::transmits};
 
-/// Rounding must not cut what lies in a plane: the planes are moved outwards by this share of
+/// Rounding must not clip a surface in a plane: the planes are moved outwards by this share of
 /// their depth.
 const MARGIN: f64 = 1e-6;
 
-/// After this many triangles the planes count as cutting without a further look.
+/// After this many triangles the planes are assumed to clip, without further tests.
 const MAX_TRIANGLES: u64 = 1 << 26;
 
-/// What a camera's clipping planes cut off the picture.
+/// The planes at which a camera's clipping removes surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Cut {
+pub struct ActiveClipPlanes {
     /// The near plane cuts something.
     pub near: bool,
     /// The far plane does.
@@ -27,13 +27,13 @@ pub struct Cut {
     pub medium: bool,
 }
 
-impl Cut {
+impl ActiveClipPlanes {
     /// Whether anything is cut.
     pub fn any(self) -> bool {
         self.near || self.far
     }
 
-    /// Looks at every triangle of the scene.
+    /// Tests every triangle of the scene.
     pub fn find(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         if camera.clip == ClipRange::NONE || settings.receiver {
             return Self::default();
@@ -55,8 +55,8 @@ pub(super) struct Planes {
 }
 
 impl Planes {
-    /// Those of a camera; none where they cut nothing.
-    pub(super) fn new(camera: &Camera, cut: Cut) -> Self {
+    /// Those of a camera; none where they clip nothing.
+    pub(super) fn new(camera: &Camera, cut: ActiveClipPlanes) -> Self {
         let axes = camera.to_world.matrix3;
         let normal = axes.y_axis.cross(axes.x_axis).normalize_or_zero();
         let ClipRange { near, far } = if cut.any() { camera.clip } else { ClipRange::NONE };
@@ -70,22 +70,22 @@ impl Planes {
 
     /// Depths of the near and the far plane as bits of f32, for the kernel.
     pub(super) fn bits(&self) -> [u32; 2] {
-        // What shaders call FAR.
+        // FAR in shaders.
         const FAR: f64 = 3e38;
         [self.near, self.far].map(|depth| (depth.min(FAR) as f32).to_bits())
     }
 }
 
-/// What a camera sees. Points have the coordinates x and y along the camera's axes, and the
-/// distance along its view axis.
+/// The view frustum of a camera. Points have the coordinates x and y along the camera's axes, and
+/// the distance along its view axis.
 struct Frustum {
     to_camera: DAffine3,
     /// Four sides, then the camera itself. A point is inside where the dot product with
     /// (x, y, distance, 1) is positive.
     sides: [DVec4; 5],
-    /// Likewise: before the near plane.
+    /// A slab that is nearer than the near plane.
     before: DVec4,
-    /// Likewise: beyond the far plane.
+    /// A slab that is beyond the far plane.
     beyond: DVec4,
 }
 
@@ -97,7 +97,7 @@ impl Frustum {
         let basis = DMat3::from_cols(axes.x_axis, axes.y_axis, forward);
         let inverse = basis.inverse();
         let eye = camera.to_world.translation;
-        let planes = Planes::new(camera, Cut { near: true, ..Cut::default() });
+        let planes = Planes::new(camera, ActiveClipPlanes { near: true, ..ActiveClipPlanes::default() });
         let cosine = forward.dot(planes.normal);
         let aspect = f64::from(settings.width) / f64::from(settings.height);
         // Half the picture's height at a distance s is `slope`·s + `base`. A lens of radius r in
@@ -129,9 +129,9 @@ impl Frustum {
         (frustum.to_camera.is_finite() && cosine > 0.0).then_some(frustum)
     }
 
-    fn cut(&self, scene: &Scene) -> Cut {
+    fn cut(&self, scene: &Scene) -> ActiveClipPlanes {
         let boxes: Vec<Option<[DVec3; 8]>> = scene.meshes.iter().map(corners).collect();
-        let mut cut = Cut::default();
+        let mut cut = ActiveClipPlanes::default();
         let mut tested = 0;
         for instance in &scene.instances {
             let mesh = &scene.meshes[instance.mesh];
@@ -161,7 +161,7 @@ impl Frustum {
                     break;
                 }
                 if tested >= MAX_TRIANGLES {
-                    return Cut { near: true, far: true, medium: true };
+                    return ActiveClipPlanes { near: true, far: true, medium: true };
                 }
             }
         }

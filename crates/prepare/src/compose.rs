@@ -6,14 +6,15 @@ use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
 use crate::{
     error::{PrepareError, Source},
-    images::arrays_to_images,
     kernel_key::{KernelKey, Part, TABLE},
+    lowering::{branches::lower_branches, images::arrays_to_images},
+    shared,
 };
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 const PATH_KERNEL: &str = "package::kernel::path";
-const BLOCK_KERNEL: &str = "package::kernel::blocks";
+const BLOCK_KERNEL: &str = "package::kernel::path_reuse";
 
 /// Root module of the path kernel, and the record that it keeps between dispatches.
 pub fn path_kernel(key: &KernelKey) -> (&'static str, &'static str) {
@@ -80,7 +81,8 @@ fn compose_all<'a>(
     constants: &[Constant],
     modules: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> Result<Composed, PrepareError> {
-    let generated = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value)).collect::<String>();
+    let constants = constants.iter().map(|c| format!("const {}: u32 = {}u;\n", c.name, c.value));
+    let generated = constants.chain([shared::declarations()]).collect::<String>();
     let mut resolver = VirtualResolver::new();
     for (path, source) in modules {
         resolver.add_module(module_path(path)?, Cow::Borrowed(source));
@@ -94,12 +96,15 @@ fn compose_all<'a>(
     };
     let compiled = wesl::compile_sourcemap(&module_path(root)?, &resolver, &NoMangler, &options)
         .map_err(|e| defect(root, e.to_string(), e))?;
-    let wgsl = compiled.to_string();
-    if !key.has(Part::ItemsImage) {
-        return validate(root, wgsl);
+    let mut kernel = compiled.syntax;
+    let on_cpu = key.has(Part::ItemsImage);
+    let unlowered = |message: String| PrepareError::Shader { root: root.into(), message, source: None };
+    lower_branches(&mut kernel, on_cpu).map_err(unlowered)?;
+    if on_cpu {
+        let module = parse(root, &kernel.to_string())?;
+        arrays_to_images(&mut kernel, &module).map_err(unlowered)?;
     }
-    let module = parse(root, &wgsl)?;
-    validate(root, arrays_to_images(&wgsl, &module))
+    validate(root, kernel.to_string())
 }
 
 fn parse(root: &str, wgsl: &str) -> Result<naga::Module, PrepareError> {

@@ -1,4 +1,4 @@
-//! What of a mesh emits, and how much.
+//! The emitters of a mesh, and their power.
 
 use glam::Vec2;
 use surelight_accel::Accel;
@@ -6,7 +6,7 @@ use surelight_scene::{AlphaMode, Material, Mesh, Scene, TextureRef};
 
 use super::{
     Integrator, luminance,
-    parallelograms::{self, Piece},
+    parallelograms::{self, Facet},
     textures::{lookup_alpha, lookup_srgb},
 };
 
@@ -26,7 +26,7 @@ impl Emitter {
     }
 }
 
-/// Those of a mesh that emit more than nothing. `prims`: its triangles.
+/// The triangles of a mesh that emit light. `prims`: its triangles.
 pub(super) fn emitters(
     scene: &Scene,
     accel: &Accel,
@@ -37,7 +37,7 @@ pub(super) fn emitters(
     let mesh = &scene.meshes[mesh as usize];
     let material = &scene.materials[mesh.material];
     let triangles: Vec<_> = prims.iter().map(|&prim| accel.triangles[prim].corners).collect();
-    let emitter = |piece: Piece| {
+    let emitter = |piece: Facet| {
         let weight = triangle_weight(scene, mesh, material, triangles[piece.triangle]);
         let other = piece.other.map(|k| prims[k]);
         Emitter { prim: prims[piece.triangle], corner: piece.corner, other, weight }
@@ -50,16 +50,17 @@ pub(super) fn emitters(
 }
 
 /// Triangles of an emissive mesh, joined where they may be.
-pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integrator: Integrator) -> Vec<Piece> {
+pub(super) fn pieces(scene: &Scene, mesh: &Mesh, triangles: &[[u32; 3]], integrator: Integrator) -> Vec<Facet> {
     let material = &scene.materials[mesh.material];
-    // A parallelogram has no texture coordinates; and what Whitted's rays aim at are the middles of triangles.
+    // A parallelogram has no texture coordinates; and Whitted's rays aim at the middles of
+    // triangles.
     let coat = &material.clearcoat;
     let plain = material.emissive_texture.is_none()
         && coat.texture.is_none()
         && coat.roughness_texture.is_none()
         && material.alpha_mode == AlphaMode::Opaque;
     if !plain || integrator == Integrator::Whitted {
-        return parallelograms::alone(triangles.len());
+        return parallelograms::unpaired(triangles.len());
     }
     let positions = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
     parallelograms::join(&triangles.iter().map(positions).collect::<Vec<_>>())
@@ -79,7 +80,8 @@ fn triangle_weight(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u3
     (sides * luminance(mean)) as f32
 }
 
-/// Probability that a surface of this alpha is there. Twin of `coverage_at` in `shaders/scene/coverage.wesl`.
+/// Probability that a surface of this alpha is hit. Counterpart of `coverage_at` in
+/// `shaders/scene/coverage.wesl`.
 fn coverage(material: &Material, alpha: f32) -> f32 {
     match material.alpha_mode {
         AlphaMode::Opaque => 1.0,
@@ -88,7 +90,8 @@ fn coverage(material: &Material, alpha: f32) -> f32 {
     }
 }
 
-/// Mean over a triangle of emission times coverage, by a grid fine enough to meet each texel of small textures.
+/// Mean over a triangle of emission times coverage, by a grid fine enough to sample each texel of
+/// small textures.
 fn mean_emission(scene: &Scene, mesh: &Mesh, material: &Material, corners: [u32; 3]) -> [f32; 3] {
     let uvs = |texture: &TextureRef| {
         corners.map(|c| mesh.uvs.get(texture.uv_set as usize).map_or(Vec2::ZERO, |uvs| uvs[c as usize]))

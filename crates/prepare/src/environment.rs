@@ -13,20 +13,21 @@ pub(crate) struct EnvironmentTable {
     pub(crate) alias: Vec<Slot>,
     /// ∫ luminance dω over all directions, before the factor on the map.
     pub(crate) total: f64,
-    /// Where the pdf is at least this, radiance is twice the mean or more, and sampled about in proportion: a source of light that may
-    /// be worth tracing. Infinite where the map has none.
+    /// Where the pdf is at least this, radiance is twice the mean or more, and sampled about in
+    /// proportion: a source of light for which tracing may pay. Infinite where the map has none.
     pub(crate) source_pdf: f32,
 }
 
 /// Least share of the light that compensated sampling must be left with.
-const LEAST_LEFT: f64 = 0.01;
+const MIN_REMAINDER: f64 = 0.01;
 
 impl EnvironmentTable {
     /// `None` when the map is black.
     ///
-    /// `compensated`: directions from BSDFs are sampled, too, and find dim texels well enough. Then only what is brighter than the
-    /// mean is sampled, in proportion to how much (Karlík, Šik, Vévoda, Skřivan & Křivánek 2019, "MIS compensation: optimizing
-    /// sampling techniques in multiple importance sampling", section 5).
+    /// `compensated`: directions from BSDFs are sampled, too, and find dim texels well enough. Then
+    /// only the excess over the mean is sampled, in proportion to it (Karlík, Šik, Vévoda, Skřivan
+    /// & Křivánek 2019, "MIS compensation: optimizing sampling techniques in multiple importance
+    /// sampling", section 5).
     pub(crate) fn new(map: &EnvironmentMap, compensated: bool) -> Option<Self> {
         let (width, height) = (map.width as usize, map.height as usize);
         let luminance: Vec<f64> = map.texels.iter().map(|t| crate::luminance::luminance(*t)).collect();
@@ -34,8 +35,8 @@ impl EnvironmentTable {
             let edge = |r: usize| (PI * r as f64 / height as f64).cos();
             2.0 * PI / width as f64 * (edge(row) - edge(row + 1))
         };
-        // Radiance is bilinear between texel centres; a cell's weight is its mean over the cell, which before compensation is nowhere
-        // 0 where the radiance is not.
+        // Radiance is bilinear between texel centres; a cell's weight is its mean over the cell,
+        // which before compensation is nowhere 0 where the radiance is not.
         let mut weights = Vec::with_capacity(luminance.len());
         for y in 0..height {
             let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
@@ -67,11 +68,12 @@ impl EnvironmentTable {
     }
 }
 
-/// Takes the mean radiance off all weights; leaves them alone where next to nothing would be left, as of a uniform map.
+/// Takes the mean radiance off all weights; leaves them alone where next to nothing would be left,
+/// as of a uniform map.
 fn compensate(weights: Vec<f64>, total: f64, solid_angle: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = total / (4.0 * PI);
     let left: Vec<f64> = weights.iter().enumerate().map(|(i, w)| (w - mean * solid_angle(i)).max(0.0)).collect();
-    if left.iter().sum::<f64>() < LEAST_LEFT * total { weights } else { left }
+    if left.iter().sum::<f64>() < MIN_REMAINDER * total { weights } else { left }
 }
 
 #[cfg(test)]
@@ -91,7 +93,7 @@ mod tests {
         assert!(plain.texels.iter().all(|t| t[3] > 0.0));
         assert_eq!(compensated.texels[31][3], 0.0);
         assert!(compensated.texels[8 + 3][3] > plain.texels[8 + 3][3]);
-        // What the environment is worth among other lights is as before.
+        // The weight of the environment among other lights is unchanged.
         assert_eq!(plain.total, compensated.total);
     }
 

@@ -1,4 +1,4 @@
-//! Why a scene cannot be prepared, in sentences.
+//! Errors of preparing a scene.
 
 use surelight_accel::AccelError;
 use surelight_scene::SceneError;
@@ -18,7 +18,8 @@ pub enum PrepareError {
     /// The scene could not be made into a BVH.
     #[error(transparent)]
     Accel(#[from] AccelError),
-    /// Parts of a kernel that exclude one another: a defect of this crate, or a blueprint of a caller.
+    /// Parts of a kernel that exclude one another: a defect of this crate, or a blueprint of a
+    /// caller.
     #[error("the kernel cannot be made: {0}")]
     Kernel(#[from] KeyError),
     /// A shader did not compose or validate: a defect of this program.

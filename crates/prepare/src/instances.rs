@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use surelight_accel::InstanceRecord;
 
-/// Twin of `Instance` in `shaders/scene/instances.wesl`.
+/// Counterpart of `Instance` in `shaders/scene/instances.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct InstanceRows {
@@ -19,7 +19,7 @@ pub(crate) struct InstanceRows {
 }
 
 impl InstanceRows {
-    /// Leaves out what only the host needs. `first_light`: of its emissive triangles.
+    /// Leaves out fields that only the host needs. `first_light`: of its emissive triangles.
     pub(crate) fn new(record: &InstanceRecord, first_light: u32) -> Self {
         let [world_x, world_y, world_z] = bytemuck::cast(record.to_world);
         let rows: [[f32; 4]; 3] = bytemuck::cast(record.to_object);

@@ -13,7 +13,7 @@ use super::{
     clip::Planes,
     lobes::{has_facets, mean_albedo},
     surface::Surface,
-    unreachable::{about, point},
+    unreachable::{direction_around, point},
     view::View,
 };
 
@@ -40,7 +40,7 @@ pub(super) fn share(scene: &Scene, accel: &Accel, camera: &Camera, view: &View, 
         let v = [0.754_877_666_246_693, 0.569_840_290_998_053].map(|step| (f64::from(i) * step).fract());
         let at = from + direction * distance;
         let step = 1e-5 * (at.abs().max_element() + 1e-3);
-        if let Some((_, next)) = hit(scene, accel, at + normal * step, about(normal, v[0].sqrt(), v[1])) {
+        if let Some((_, next)) = hit(scene, accel, at + normal * step, direction_around(normal, v[0].sqrt(), v[1])) {
             shared += albedo * self::albedo(next.material);
         }
     }

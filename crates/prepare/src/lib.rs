@@ -1,9 +1,10 @@
-//! From a scene to plain bytes: what a device needs to render it, without a device.
+//! From a scene to plain bytes: the inputs of a device, made without one.
 //!
-//! [`Prepared`] takes a [`surelight_scene::Scene`], a camera and [`Settings`], and holds the BVH, lights,
-//! textures and records as arrays by the names that the shaders bind ([`Prepared::arrays`]), and the
-//! [`KernelKey`]: what the kernel contains. [`compose`] makes WGSL of a key. Any host that can run WGSL
-//! needs exactly this; `surelight-render` is the one that uses wgpu.
+//! [`Prepared`] takes a [`surelight_scene::Scene`], a camera and [`Settings`], and holds the BVH,
+//! lights, textures and records as arrays by the names that the shaders bind
+//! ([`Prepared::arrays`]), and the [`KernelKey`]: the parts of the kernel. [`compose`] makes WGSL
+//! of a key. Any host that can run WGSL needs exactly this; `surelight-render` is the one that uses
+//! wgpu.
 //!
 //! ```
 //! use surelight_prepare::{KernelKey, Part};
@@ -25,7 +26,6 @@ mod compose;
 mod emitters;
 mod environment;
 mod error;
-mod images;
 mod instances;
 mod interreflection;
 mod kernel_key;
@@ -33,6 +33,7 @@ mod light_flow;
 mod light_tree;
 mod lights;
 mod lobes;
+mod lowering;
 mod luminance;
 mod materials;
 mod media;
@@ -44,6 +45,7 @@ mod prepared;
 mod records;
 mod reflect;
 mod settings;
+pub mod shared;
 mod sheen;
 mod slots;
 mod surface;
@@ -54,19 +56,19 @@ mod view;
 pub use batches::Batches;
 pub use blueprint::Blueprint;
 pub use choice::may_have_caustics;
-pub use clip::Cut;
+pub use clip::ActiveClipPlanes;
 pub use compose::{Composed, Constant, compose, compose_modules, compose_with, path_kernel, shader_modules};
 pub use error::{PrepareError, Source};
-pub use images::IMAGE_WIDTH;
 pub use kernel_key::{
-    CameraModel, Estimator, KernelKey, KeyError, Origin, Part, Parts, Points, Row, Surroundings, TABLE,
+    CameraModel, EnvironmentKind, Estimator, KernelKey, KeyError, Origin, Part, Parts, PointSet, Row, TABLE,
 };
+pub use lowering::images::IMAGE_WIDTH;
 pub use luminance::luminance;
 pub use materials::material_fields;
 pub use prepared::{Instrument, Prepared};
 pub use records::{LightTracing, SceneArray, host_layouts};
 pub use reflect::{Access, Binding, RecordLayout, bindings};
-pub use settings::{Directions, Integrator, Sampler, Settings, SharedPaths};
+pub use settings::{Directions, Integrator, PathReuse, Sampler, Settings};
 pub use sheen::sheen_albedos;
 pub use unreachable::Unreachable;
 pub use view::View;

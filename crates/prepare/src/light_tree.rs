@@ -1,11 +1,14 @@
-//! A tree over emissive triangles, by which the kernel chooses one that matters where light is asked for.
+//! A tree over emissive triangles, by which the kernel chooses one in proportion to its estimated
+//! contribution at a point.
 //!
-//! After Conty Estevez & Kulla 2018, "Importance sampling of many lights with adaptive tree splitting" (without the splitting): a
-//! light is chosen by walking down from the root, at each node by what its children bring. Two things differ. Nodes have four
-//! children, whose records lie side by side: half the depth, and each choice sees further. And what a child brings
-//! is not bounded but estimated, from the mean and the spread of the places and normals of its lights. An estimate is closer than a
-//! bound where it matters, at the top of the tree, whose nodes are large and surround those who ask; and since it is
-//! never 0, no light is ever left out. `shaders/light/tree.wesl` walks down.
+//! After Conty Estevez & Kulla 2018, "Importance sampling of many lights with adaptive tree
+//! splitting" (without the splitting): a light is chosen by descending from the root, at each node
+//! by the contributions of its children. Two things differ. Nodes have four children, whose records
+//! are adjacent: half the depth, and each choice is better informed. And a child's contribution is
+//! not bounded but estimated, from the mean and the spread of the positions and normals of its
+//! lights. An estimate is closer than a bound where it matters, at the top of the tree, whose nodes
+//! are large and surround the receivers; and since it is never 0, no light is ever left out.
+//! `shaders/light/tree.wesl` descends the tree.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
@@ -19,7 +22,7 @@ const MAX_DEPTH: u32 = 32;
 /// Parts of an axis between which lights are split.
 const BUCKETS: usize = 16;
 
-/// Marks a link to a light. Twin of the constant in `shaders/light/tree.wesl`.
+/// Marks a link to a light. Counterpart of the constant in `shaders/light/tree.wesl`.
 const LEAF: u32 = 1 << 31;
 
 /// A light of the tree.
@@ -35,7 +38,7 @@ pub(crate) struct TreeLight {
     pub(crate) power: f64,
 }
 
-/// One of four siblings. Twin of `LightNode` in `shaders/light/tree.wesl`.
+/// One of four siblings. Counterpart of `LightNode` in `shaders/light/tree.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct LightNode {
@@ -47,7 +50,7 @@ pub(crate) struct LightNode {
     pub(crate) link: u32,
 }
 
-/// How a light is found from the root. Twin of `LightPath` in `shaders/light/tree.wesl`.
+/// The path from the root to a light. Counterpart of `LightPath` in `shaders/light/tree.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct LightPath {
@@ -56,7 +59,7 @@ pub(crate) struct LightPath {
     pub(crate) unused: u32,
 }
 
-/// The tree: the children of each node side by side, those of the root first.
+/// The tree: the children of each node adjacent, those of the root first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightTree {
     pub(crate) nodes: Vec<LightNode>,
@@ -70,16 +73,20 @@ impl LightTree {
     /// None where no light has power.
     pub(crate) fn new(lights: &[TreeLight]) -> Option<Self> {
         let total: f64 = lights.iter().map(|light| light.power).sum();
-        let mut items: Vec<Item> =
-            (0..).zip(lights).filter(|(_, l)| l.power > 0.0).map(|(i, l)| Item::new(i, l, l.power / total)).collect();
+        let mut items: Vec<SplitLight> = (0..)
+            .zip(lights)
+            .filter(|(_, l)| l.power > 0.0)
+            .map(|(i, l)| SplitLight::new(i, l, l.power / total))
+            .collect();
         if items.is_empty() {
             return None;
         }
         let paths = lights.iter().map(|l| LightPath { inverse_area: l.inverse_area(), ..LightPath::default() });
         let mut builder = Builder { scale: 1.0, tree: Self { paths: paths.collect(), ..Self::default() } };
-        // The kernel divides powers by squared distances. In units of the lights' own spread these stay within f32.
+        // The kernel divides powers by squared distances. In units of the lights' own spread these
+        // stay within f32.
         builder.scale = Sums::of(&items).variance().max(1e-30);
-        builder.node(&mut items, 0, Place { own: None, trail: [0; 2], level: 0 });
+        builder.node(&mut items, 0, NodePosition { own: None, trail: [0; 2], level: 0 });
         Some(builder.tree)
     }
 }
@@ -92,15 +99,15 @@ impl TreeLight {
     }
 }
 
-/// A light as splitting sees it.
+/// A light, for splitting.
 #[derive(Clone, Copy)]
-struct Item {
+struct SplitLight {
     light: u32,
     center: Vec3,
     sums: Sums,
 }
 
-impl Item {
+impl SplitLight {
     fn new(light: u32, of: &TreeLight, power: f64) -> Self {
         let [a, b, c] = of.corners;
         let (center, spread) = if of.parallelogram {
@@ -129,7 +136,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(items: &[Item]) -> Self {
+    fn of(items: &[SplitLight]) -> Self {
         items.iter().fold(Self::default(), |sums, item| sums.with(&item.sums))
     }
 
@@ -147,19 +154,19 @@ impl Sums {
         (self.squares / self.power - (self.places / self.power).length_squared()).max(0.0)
     }
 
-    /// How much is lost by not telling these lights apart: their power, times the variance of their places, times the solid angle
-    /// that they shine into (Conty Estevez & Kulla 2018, section 4.4) as a multiple of one light's. That goes from 1 to 4
-    /// as the mean of their normals gets shorter, about as here where normals fill a cone, whose mean has the length
-    /// (1 + cos θ) / 2.
+    /// How much is lost by not telling these lights apart: their power, times the variance of their
+    /// places, times the solid angle that they shine into (Conty Estevez & Kulla 2018, section 4.4)
+    /// as a multiple of one light's. That goes from 1 to 4 as the mean of their normals gets
+    /// shorter, about as here where normals fill a cone, whose mean has the length (1 + cos θ) / 2.
     fn cost(&self) -> f64 {
         let mean = (self.normals.length() / self.power).min(1.0);
         self.power * self.variance() * (4.0 - 3.0 * mean * mean * mean)
     }
 }
 
-/// Where a node stands in the tree.
+/// The position of a node in the tree.
 #[derive(Clone, Copy)]
-struct Place {
+struct NodePosition {
     /// Its own record; the root has none.
     own: Option<usize>,
     trail: [u32; 2],
@@ -173,7 +180,7 @@ struct Builder {
 
 impl Builder {
     /// Writes the children of a node, and theirs. `splits`: those above it.
-    fn node(&mut self, items: &mut [Item], splits: u32, place: Place) {
+    fn node(&mut self, items: &mut [SplitLight], splits: u32, place: NodePosition) {
         self.tree.depth = self.tree.depth.max(place.level + 1);
         let base = self.tree.nodes.len();
         self.tree.nodes.resize(base + WIDTH, LightNode::default());
@@ -188,7 +195,7 @@ impl Builder {
                 self.tree.nodes[base + k].link = LEAF | only.light;
                 self.tree.paths[only.light as usize].trail = trail;
             } else {
-                self.node(part, splits, Place { own: Some(base + k), trail, level: place.level + 1 });
+                self.node(part, splits, NodePosition { own: Some(base + k), trail, level: place.level + 1 });
             }
         }
     }
@@ -208,7 +215,7 @@ impl Builder {
 }
 
 /// Up to four parts of a node, each with the splits above it: the costliest is split first.
-fn parts(items: &mut [Item], splits: u32) -> Vec<(u32, &mut [Item])> {
+fn parts(items: &mut [SplitLight], splits: u32) -> Vec<(u32, &mut [SplitLight])> {
     let mut parts = vec![(splits, items)];
     let mut costs = vec![0.0f64];
     while parts.len() < WIDTH {
@@ -229,7 +236,7 @@ fn parts(items: &mut [Item], splits: u32) -> Vec<(u32, &mut [Item])> {
 }
 
 /// Reorders lights into two parts, and returns where the second begins.
-fn split(items: &mut [Item], splits: u32) -> usize {
+fn split(items: &mut [SplitLight], splits: u32) -> usize {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for item in items.iter() {
         (low, high) = (low.min(item.center), high.max(item.center));
@@ -247,7 +254,7 @@ fn split(items: &mut [Item], splits: u32) -> usize {
         }
         return middle;
     }
-    // All in one place, or so many levels down that only halves are sure to come to an end.
+    // All in one place, or so many levels down that only halving is sure to end.
     let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
     let middle = items.len() / 2;
     items.select_nth_unstable_by(middle, |a, b| a.center[axis].total_cmp(&b.center[axis]).then(a.light.cmp(&b.light)));
@@ -255,7 +262,7 @@ fn split(items: &mut [Item], splits: u32) -> usize {
 }
 
 /// Axis and first bucket of the second part; none where all centres are in one place.
-fn best_split(items: &[Item], low: Vec3, extent: Vec3) -> Option<(usize, usize)> {
+fn best_split(items: &[SplitLight], low: Vec3, extent: Vec3) -> Option<(usize, usize)> {
     let mut best: Option<(f64, usize, usize)> = None;
     for axis in 0..3 {
         if !(extent[axis] > 0.0 && extent[axis].is_finite()) {
@@ -292,7 +299,8 @@ fn bucket_of(center: f32, low: f32, extent: f32) -> usize {
 mod tests {
     use super::*;
 
-    /// Triangles of different power about a spiral, every seventh shining to both sides, every ninth black.
+    /// Triangles of different power about a spiral, every seventh shining to both sides, every
+    /// ninth black.
     fn spiral(count: usize) -> Vec<TreeLight> {
         let light = |i: usize| {
             let t = i as f64 * 0.37;
@@ -308,7 +316,7 @@ mod tests {
     /// Follows each light's trail to its leaf; every node that is not empty must be on some way.
     fn check(lights: &[TreeLight]) -> LightTree {
         let tree = LightTree::new(lights).expect("some light has power");
-        let mut met = vec![false; tree.nodes.len()];
+        let mut visits = vec![false; tree.nodes.len()];
         for (i, (light, path)) in lights.iter().zip(&tree.paths).enumerate() {
             if light.power == 0.0 {
                 continue;
@@ -317,7 +325,7 @@ mod tests {
             while base & LEAF == 0 {
                 let child = path.trail[level / 16] >> (2 * (level % 16)) & 3;
                 let at = (base + child) as usize;
-                met[at] = true;
+                visits[at] = true;
                 assert!(tree.nodes[at].power > 0.0, "light {i} cannot be reached");
                 base = tree.nodes[at].link;
                 level += 1;
@@ -325,8 +333,8 @@ mod tests {
             }
             assert_eq!(base & !LEAF, i as u32);
         }
-        for (node, met) in tree.nodes.iter().zip(met) {
-            assert_eq!(node.power > 0.0, met, "{node:?}");
+        for (node, visits) in tree.nodes.iter().zip(visits) {
+            assert_eq!(node.power > 0.0, visits, "{node:?}");
         }
         tree
     }
@@ -364,7 +372,8 @@ mod tests {
         assert!((f64::from(leaf.variance) / exact - 1.0).abs() < 1e-6);
     }
 
-    /// No order of splits is deeper than trails reach: lights in one place, or each twice as far away as the one before.
+    /// No order of splits is deeper than trails reach: lights in one place, or each twice as far
+    /// away as the one before.
     #[test]
     fn depth_is_bounded() {
         check(&vec![spiral(2)[1]; 5000]);

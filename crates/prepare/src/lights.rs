@@ -1,7 +1,7 @@
 //! Everything that light sampling can choose from, and with which probability.
 //!
-//! An alias table over all lights; where there are many emissive triangles they are one entry of it, and a tree
-//! chooses among them by where light is asked for.
+//! An alias table over all lights; where there are many emissive triangles they are one entry of
+//! it, and a tree chooses among them by the receiving point.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -22,7 +22,7 @@ use super::{
     luminance,
 };
 
-/// Twin of `LightEntry` in `shaders/light/light.wesl`.
+/// Counterpart of `LightEntry` in `shaders/light/light.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(crate) struct LightEntry {
@@ -32,7 +32,7 @@ pub(crate) struct LightEntry {
     pub(crate) light: u32,
 }
 
-/// Twin of `AreaLight` in `shaders/light/area.wesl`.
+/// Counterpart of `AreaLight` in `shaders/light/area.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(crate) struct AreaLight {
@@ -44,7 +44,7 @@ pub(crate) struct AreaLight {
     pub(crate) weight: f32,
 }
 
-/// Twin of `PunctualLight` in `shaders/light/punctual.wesl`.
+/// Counterpart of `PunctualLight` in `shaders/light/punctual.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(crate) struct PunctualLight {
@@ -59,17 +59,19 @@ pub(crate) struct PunctualLight {
 pub(super) const KIND_PUNCTUAL: u32 = 1 << 30;
 pub(super) const KIND_ENVIRONMENT: u32 = 2 << 30;
 
-/// Marks a record's material: the light is a parallelogram. Twin of the constant in `shaders/light/area.wesl`.
+/// Marks a record's material: the light is a parallelogram. Counterpart of the constant in
+/// `shaders/light/area.wesl`.
 const PARALLELOGRAM: u32 = 1 << 31;
 
-/// Marks a record's material: a mirroring instance turned the triangle over, so that `e1` and `e2` are the edges to its third and second
-/// corner. Twin of the constant in `shaders/light/area.wesl`.
+/// Marks a record's material: a mirroring instance turned the triangle over, so that `e1` and `e2`
+/// are the edges to its third and second corner. Counterpart of the constant in
+/// `shaders/light/area.wesl`.
 const MIRRORED: u32 = 1 << 30;
 
 /// Fewer area lights than these are chosen by the alias table.
-const LEAST_FOR_TREE: usize = 2;
+const MIN_TREE_LIGHTS: usize = 2;
 
-/// Stands for no light.
+/// Means no light.
 const NONE: u32 = u32::MAX;
 
 /// The lights of a scene, each with its power as weight.
@@ -80,19 +82,20 @@ pub(crate) struct Lights {
     pub(crate) punctual: Vec<PunctualLight>,
     /// Over the area lights, where there are several.
     pub(crate) tree: Option<LightTree>,
-    /// By prim: its number among `area`, which for triangles of instanced meshes counts from the instance's first. Empty when nothing
-    /// emits.
+    /// By prim: its number among `area`, which for triangles of instanced meshes counts from the
+    /// instance's first. Empty when nothing emits.
     triangle_lights: Vec<u32>,
     /// Prims of parallelograms: that of the record, and the other.
     pairs: Vec<[usize; 2]>,
     /// By instance of the BVH: its first light.
     pub(crate) instance_lights: Vec<u32>,
-    /// An area light's weight times this is its mean pdf per area; with a tree, given that the tree chooses it.
+    /// An area light's weight times this is its mean pdf per area; with a tree, given that the tree
+    /// chooses it.
     pub(crate) density: f32,
     pub(crate) environment_probability: f32,
 }
 
-/// Which kinds of lights a scene has.
+/// The kinds of lights of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LightKinds {
     pub(crate) any: bool,
@@ -102,7 +105,8 @@ pub(crate) struct LightKinds {
 }
 
 impl LightKinds {
-    /// As far as it can be seen without looking at triangles. `sky`: whether an environment map is sampled.
+    /// As far as they are known without reading triangles. `sky`: whether an environment map is
+    /// sampled.
     pub(crate) fn expected(scene: &Scene, integrator: Integrator, sky: bool) -> Self {
         if matches!(integrator, Integrator::Hemisphere(_)) {
             return Self { any: false, area: false, tree: false, punctual: false };
@@ -113,7 +117,7 @@ impl LightKinds {
         let joined = || {
             let meshes = scene.instances.iter().filter_map(|instance| scene.meshes.get(instance.mesh));
             let mut emissive = meshes.filter(|m| scene.materials.get(m.material).is_some_and(Material::is_emissive));
-            // Whoever builds the trees refuses indices that are out of range.
+            // Building the trees refuses indices that are out of range.
             let sound = |m: &&Mesh| m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len());
             emissive
                 .all(|m| m.triangles.len() == 2 && sound(&m) && pieces(scene, m, &m.triangles, integrator).len() == 1)
@@ -144,12 +148,12 @@ impl Lights {
         let mut powers = Vec::new();
         let mut which = Vec::new();
         lights.add_triangles(scene, accel, integrator, &mut powers);
-        // Whitted's shadow rays go to the middles of lights: few, or it is of no use.
-        if powers.len() >= LEAST_FOR_TREE && integrator != Integrator::Whitted {
+        // Whitted's shadow rays go to the middles of lights: they work for few lights only.
+        if powers.len() >= MIN_TREE_LIGHTS && integrator != Integrator::Whitted {
             lights.tree = lights.tree(scene, &powers);
         }
         which.extend(0..powers.len() as u32);
-        // A disc as large as the scene catches what comes from far away.
+        // A disc as large as the scene receives light from infinity.
         let radius = 0.5 * (accel.bounds.hi - accel.bounds.lo).as_dvec3().length();
         let catch = if radius.is_finite() { PI * radius * radius } else { 1.0 };
         for light in &scene.lights {
@@ -193,8 +197,9 @@ impl Lights {
         lights
     }
 
-    /// Half of the choice goes by power, half to each emitter alike: a mesh, a punctual light, the environment. Power alone
-    /// starves a small lamp that stands close to what it lights, and the error bars of that place with it.
+    /// Half of the probability is by power, half equal for each emitter: a mesh, a punctual light,
+    /// the environment. Power alone undersamples a small lamp close to a surface, and makes the
+    /// error bars there unreliable.
     fn share_among_emitters(&mut self, accel: &Accel, powers: &mut [f64], total: f64) {
         let mesh_of = |light: &AreaLight| accel.triangles[light.prim as usize].mesh;
         let mut by_mesh: HashMap<u32, f64> = HashMap::new();
@@ -203,7 +208,7 @@ impl Lights {
         }
         let emitters = (by_mesh.len() + powers.len() - self.area.len()) as f64;
         let factor = |emitter: f64| if emitter > 0.0 { 0.5 + 0.5 * total / (emitters * emitter) } else { 0.0 };
-        // A light's weight and its power must keep in step to the last bit of f32: they are the same pdf.
+        // A light's weight and its power must agree to the last bit of f32: they are the same pdf.
         for (i, power) in powers.iter_mut().enumerate() {
             *power *= match self.area.get_mut(i) {
                 Some(light) => {
@@ -225,7 +230,8 @@ impl Lights {
         records
     }
 
-    /// What the attributes of a triangle say of it as a light: with a tree its number, else its weight.
+    /// The entry of an emissive triangle in its attributes: with a tree its number, else its
+    /// weight.
     pub(crate) fn triangle_words(&self) -> Vec<u32> {
         if self.tree.is_some() {
             return self.triangle_lights.clone();
@@ -252,7 +258,7 @@ impl Lights {
 
     fn add_triangles(&mut self, scene: &Scene, accel: &Accel, integrator: Integrator, powers: &mut Vec<f64>) {
         let emits = |mesh: u32| scene.materials[scene.meshes[mesh as usize].material].is_emissive();
-        // Triangles that stand in the world by their meshes, then those of meshes that are placed several times.
+        // Triangles in world space, by their meshes, then those of meshes that are instanced.
         let mut groups: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
         for (prim, source) in accel.triangles.iter().enumerate().filter(|(_, t)| emits(t.mesh)) {
             groups.entry((source.instance, source.mesh)).or_default().push(prim);

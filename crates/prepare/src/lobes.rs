@@ -1,16 +1,16 @@
-//! What a material is made of, by its factors.
+//! The lobes of a material, by its factors.
 
 use surelight_scene::{AlphaMode, Material};
 
-/// Whether a microfacet lobe of the base can be seen: a metal, or a dielectric with specular
-/// strength (even of index 1, since F90 is the strength, not 1), or a thin film.
+/// Whether the base has a microfacet lobe: a metal, or a dielectric with specular strength (even of
+/// index 1, since F90 is the strength, not 1), or a thin film.
 pub(super) fn has_facets(m: &Material) -> bool {
     !m.unlit && (m.metallic > 0.0 || m.transmission > 0.0 || m.specular > 0.0 || has_film(m))
 }
 
 /// Whether the material is more than Lambert's.
 pub(super) fn is_glossy(m: &Material) -> bool {
-    has_facets(m) || is_coated(m) || is_fibrous(m) || sends_through(m)
+    has_facets(m) || is_coated(m) || has_sheen(m) || has_diffuse_transmission(m)
 }
 
 /// Whether there is a clear coat.
@@ -19,11 +19,11 @@ pub(super) fn is_coated(m: &Material) -> bool {
 }
 
 /// Whether there is sheen.
-pub(super) fn is_fibrous(m: &Material) -> bool {
+pub(super) fn has_sheen(m: &Material) -> bool {
     !m.unlit && m.sheen.color.iter().any(|&c| c > 0.0)
 }
 
-/// Whether facets have a grain.
+/// Whether facets are anisotropic.
 pub(super) fn is_anisotropic(m: &Material) -> bool {
     has_facets(m) && m.anisotropy.strength > 0.0
 }
@@ -47,7 +47,7 @@ pub(super) fn ior_spread(m: &Material) -> f32 {
 }
 
 /// Whether the Lambertian base sends light to its other side.
-pub(super) fn sends_through(m: &Material) -> bool {
+pub(super) fn has_diffuse_transmission(m: &Material) -> bool {
     !m.unlit && m.diffuse_transmission.factor > 0.0
 }
 
@@ -64,7 +64,7 @@ pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
 
 /// Whether light gets to the other side at all.
 pub(super) fn transmits(m: &Material) -> bool {
-    !m.unlit && m.transmission > 0.0 || sends_through(m)
+    !m.unlit && m.transmission > 0.0 || has_diffuse_transmission(m)
 }
 
 /// The mean albedo of the base by its factor, which a texture halves; 0 for unlit materials.

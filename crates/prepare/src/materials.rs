@@ -13,7 +13,7 @@ const FLAG_THIN: u32 = 4;
 const FLAG_NOT_OPAQUE: u32 = 8;
 const FLAG_BOUNDARY: u32 = 16;
 
-/// A material with its textures resolved: what the kernel may ask for, before it is known what it does ask for.
+/// A material with its textures resolved: all that a kernel may read, before its parts are known.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub(crate) material: Material,
@@ -24,7 +24,8 @@ pub(crate) struct PreparedMaterial {
 }
 
 impl PreparedMaterial {
-    /// Gathers the material's textures. A texture whose factor is 0 is not looked up, so it is left out.
+    /// Gathers the material's textures. A texture whose factor is 0 is not looked up, so it is left
+    /// out.
     pub(crate) fn new(scene: &Scene, material: &Material, textures: &mut Textures) -> Self {
         let used = Slot::ALL.map(|slot| {
             let (wanted, reference, srgb) = slot.of(material);
@@ -42,14 +43,15 @@ impl PreparedMaterial {
     }
 }
 
-/// Reflectance of a dielectric at normal incidence; an index of 0 stands for 1, "infinite" (KHR_materials_ior).
+/// Reflectance of a dielectric at normal incidence; an index of 0 means "infinite" and gives 1
+/// (KHR_materials_ior).
 fn f0(m: &Material) -> [f32; 3] {
     let r = ((m.ior - 1.0) / (m.ior + 1.0)).powi(2);
     // Colour textures multiply before the clamp at 1; the kernel clamps again to F90.
     m.specular_color.map(|c| r * c * m.specular)
 }
 
-/// Absorption per metre: the colour is what is left after the distance (KHR_materials_volume).
+/// Absorption per metre: the colour is the transmittance over the distance (KHR_materials_volume).
 fn extinction(volume: Option<Volume>) -> [f32; 3] {
     match volume {
         Some(v) if v.attenuation_distance.is_finite() && v.attenuation_distance > 0.0 => {
@@ -61,7 +63,8 @@ fn extinction(volume: Option<Volume>) -> [f32; 3] {
     }
 }
 
-/// Every field of a material record that the host knows, with its size. A kernel has some of them, and no others.
+/// Every field of a material record on the host, with its size. A kernel has some of them, and no
+/// others.
 pub fn material_fields() -> Vec<(&'static str, u32)> {
     let material = PreparedMaterial::new(&Scene::default(), &Material::default(), &mut Textures::default());
     write_records(&[material], &RecordLayout::default()).fields.into_iter().collect()

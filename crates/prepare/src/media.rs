@@ -1,18 +1,19 @@
 //! Volumes within one another: whether there are any, and which wins where two overlap.
 //!
-//! glTF gives volumes no order. Smaller ones are ranked higher: what stands wholly inside something is smaller than it, so that
-//! ice is found in water and water in a glass. Where two merely overlap, the smaller is there.
+//! glTF gives volumes no order. Smaller ones are ranked higher: a volume that is wholly inside
+//! another is smaller, so that ice takes precedence in water and water in a glass. Where two merely
+//! overlap, the smaller takes precedence.
 
 use glam::DVec3;
 use surelight_scene::{Instance, Scene};
 
 use super::lobes::transmits;
 
-/// Placements beyond which nobody counts whether they overlap.
+/// Number of placements beyond which overlap is assumed and not tested.
 const MANY: usize = 2000;
 
-/// For each material a word: its rank, from 1 for the largest, above its index; 0 where it encloses no medium. Empty where no
-/// volumes can overlap, or where there are too many materials for words.
+/// For each material a word: its rank, from 1 for the largest, above its index; 0 where it encloses
+/// no medium. Empty where no volumes can overlap, or where there are too many materials for words.
 pub(crate) fn rank(scene: &Scene) -> Vec<u32> {
     let material_of = |i: &Instance| scene.meshes[i.mesh].material;
     let encloses = |i: &&Instance| {
@@ -40,7 +41,8 @@ pub(crate) fn rank(scene: &Scene) -> Vec<u32> {
     words
 }
 
-/// Corners of the box, along the world's axes, around the placed box of a mesh; `None` for one without a finite vertex.
+/// Corners of the box, along the world's axes, around the placed box of a mesh; `None` for one
+/// without a finite vertex.
 fn bounds(scene: &Scene, instance: &Instance) -> Option<[DVec3; 2]> {
     let vertices = scene.meshes[instance.mesh].positions.iter().map(|p| p.as_dvec3()).filter(|p| p.is_finite());
     let [low, high] = vertices.fold(None, |found: Option<[DVec3; 2]>, p| {
@@ -75,12 +77,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_inside_ranks_higher() {
+    fn inner_volumes_rank_higher() {
         assert_eq!(rank(&cubes(&[(1.0, 0.0), (2.0, 0.5), (0.5, 0.0)])), [2 << 16, 1 << 16 | 1, 3 << 16 | 2]);
     }
 
     #[test]
-    fn what_stands_apart_has_no_rank() {
+    fn disjoint_volumes_have_no_rank() {
         assert!(rank(&cubes(&[(1.0, 0.0), (1.0, 2.5), (0.5, 9.0)])).is_empty());
         let mut opaque = cubes(&[(1.0, 0.0), (2.0, 0.0)]);
         opaque.materials[1].transmission = 0.0;

@@ -1,16 +1,19 @@
-//! The directional albedo of white GGX microfacets that scatter once, as the kernel looks it up.
+//! The directional albedo of white GGX microfacets that scatter once, as a lookup table of the
+//! kernel.
 //!
-//! It has no closed form, so it is integrated here: once a process, in f64, and only where `--multiple-scattering` asks for it.
+//! It has no closed form, so it is integrated here: once per process, in f64, and only with
+//! `--multiple-scattering`.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// Columns of equal sqrt(cosθ), rows of equal sqrt(α), both from 0 to 1. Twin of `FACET_STEPS` in `shaders/bsdf/facets.wesl`.
+/// Columns of equal sqrt(cosθ), rows of equal sqrt(α), both from 0 to 1. Counterpart of
+/// `FACET_STEPS` in `shaders/bsdf/facets.wesl`.
 const STEPS: usize = 32;
 
 /// Cosines and α below these are taken for them: the sampling is not defined at 0.
-const COSINE_LEAST: f64 = 1e-3;
-const ALPHA_LEAST: f64 = 1e-4;
+const MIN_COSINE: f64 = 1e-3;
+const MIN_ALPHA: f64 = 1e-4;
 
 /// Points along each axis of the quadrature.
 const POINTS: usize = 48;
@@ -25,10 +28,11 @@ pub(crate) fn facet_albedos() -> &'static [f32] {
     })
 }
 
-/// ∫ D·G2/(4 cosθo) dωi of facets that reflect everything, seen at this cosine: the mean of G2/G1 over visible normals, which are the
-/// directions of a spherical cap in stretched space (Dupuy & Benyoub 2023, "Sampling visible GGX normals with spherical caps").
+/// ∫ D·G2/(4 cosθo) dωi of facets that reflect everything, viewed at this cosine: the mean of G2/G1
+/// over visible normals, which are the directions of a spherical cap in stretched space (Dupuy &
+/// Benyoub 2023, "Sampling visible GGX normals with spherical caps").
 fn albedo(cosine: f64, alpha: f64, points: usize) -> f64 {
-    let (cosine, alpha) = (cosine.max(COSINE_LEAST), alpha.max(ALPHA_LEAST));
+    let (cosine, alpha) = (cosine.max(MIN_COSINE), alpha.max(MIN_ALPHA));
     let sine = (1.0 - cosine * cosine).sqrt();
     let stretch = |c: f64| (alpha * alpha + (1.0 - alpha * alpha) * c * c).sqrt();
     let length = (alpha * sine).hypot(cosine);
@@ -36,7 +40,8 @@ fn albedo(cosine: f64, alpha: f64, points: usize) -> f64 {
     let middle = |i: usize| (i as f64 + 0.5) / points as f64;
     let mut sum = 0.0;
     for i in 0..points {
-        // The rim of the cap, where normals lie flat, is where light gets lost: most points stand there. Both halves of it are alike.
+        // Light is lost at the rim of the cap, where normals are flat: most points are there. Its
+        // two halves are symmetric.
         let rim = middle(i).powi(3);
         let cap = rim * (1.0 + z) - z;
         let weight = 3.0 * middle(i).powi(2);
@@ -48,7 +53,8 @@ fn albedo(cosine: f64, alpha: f64, points: usize) -> f64 {
             let towards = (h[0] * sine + h[2] * cosine) * scale;
             let below = 2.0 * towards * h[2] * scale - cosine;
             if below > 0.0 {
-                // G2/G1 = 2 cosθo cosθi / (cosθi·so + cosθo·si) · (cosθo + so) / (2 cosθo), s being lengths in stretched space.
+                // G2/G1 = 2 cosθo cosθi / (cosθi·so + cosθo·si) · (cosθo + so) / (2 cosθo), s being
+                // lengths in stretched space.
                 let (so, si) = (stretch(cosine), stretch(below));
                 sum += weight * below * (cosine + so) / (below * so + cosine * si);
             }
@@ -83,7 +89,8 @@ mod tests {
                 let mean = corners.iter().map(|&e| f64::from(e)).sum::<f64>() / 4.0;
                 let middle = |i: usize| ((i as f64 + 0.5) / (STEPS - 1) as f64).powi(2);
                 let exact = albedo(middle(column), middle(row), 100);
-                // Within three degrees of the horizon narrow lobes turn from all to half of the light.
+                // Within three degrees of the horizon narrow lobes turn from all to half of the
+                // light.
                 let most = if middle(column) < 0.06 { 0.04 } else { 0.004 };
                 assert!((mean - exact).abs() < most, "{}, {}: {mean}, not {exact}", middle(column), middle(row));
             }

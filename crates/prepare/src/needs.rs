@@ -1,22 +1,22 @@
-//! What a scene needs of a kernel, and no more.
+//! The parts of a kernel that a scene needs, and no more.
 
 use surelight_scene::{AlphaMode, Camera, Environment, Material, Projection, Scene};
 
 use crate::{
     error::PrepareError,
-    kernel_key::{CameraModel, Estimator, KernelKey, Part, Parts, Points, Surroundings},
+    kernel_key::{CameraModel, EnvironmentKind, Estimator, KernelKey, Part, Parts, PointSet},
     lights::LightKinds,
     lobes::{
-        has_alpha_volume, has_facets, has_film, is_anisotropic, is_coated, is_dispersive, is_fibrous, is_glossy,
-        is_pane, sends_through, transmits,
+        has_alpha_volume, has_diffuse_transmission, has_facets, has_film, has_sheen, is_anisotropic, is_coated,
+        is_dispersive, is_glossy, is_pane, transmits,
     },
     materials::PreparedMaterial,
     settings::{Integrator, Settings},
     slots::Slot,
 };
 
-/// What lights, trees and tables say of a scene.
-pub(crate) struct Found {
+/// Features of a scene, from its lights, trees and tables.
+pub(crate) struct SceneFeatures {
     pub(crate) lights: LightKinds,
     pub(crate) environment_map: bool,
     pub(crate) instances: bool,
@@ -26,13 +26,13 @@ pub(crate) struct Found {
     pub(crate) nested: bool,
 }
 
-/// What the scene needs, and no more. Reuse of paths and light tracing are decided later.
+/// The key that the scene needs, and no more. Path reuse and light tracing are decided later.
 pub(crate) fn decide(
     scene: &Scene,
     camera: &Camera,
     settings: &Settings,
     materials: &[&PreparedMaterial],
-    found: &Found,
+    found: &SceneFeatures,
 ) -> Result<KernelKey, PrepareError> {
     let any = |test: &dyn Fn(&Material) -> bool| materials.iter().any(|m| test(&m.material));
     let placed = || scene.instances.iter().map(|i| &scene.meshes[i.mesh]);
@@ -54,10 +54,10 @@ pub(crate) fn decide(
         (materials.iter().any(|m| may_be_smooth(m)) || whitted && glossy, Part::DeltaLobes),
         (any(&transmits), Part::Transmission),
         (any(&is_dispersive), Part::Dispersion),
-        (any(&sends_through), Part::DiffuseTransmission),
+        (any(&has_diffuse_transmission), Part::DiffuseTransmission),
         (any(&is_anisotropic), Part::Anisotropy),
         (any(&has_film), Part::Iridescence),
-        (any(&is_fibrous), Part::Sheen),
+        (any(&has_sheen), Part::Sheen),
         (any(&is_coated), Part::Clearcoat),
         (any(&|m| transmits(m) && absorbs(m)), Part::Volume),
         (found.nested, Part::Nested),
@@ -91,11 +91,11 @@ pub(crate) fn decide(
         Projection::Perspective { .. } => CameraModel::Pinhole,
     };
     let surroundings = match &scene.environment {
-        _ if found.environment_map => Surroundings::Map,
-        Some(Environment::Uniform(radiance)) if radiance.iter().any(|&c| c > 0.0) => Surroundings::Uniform,
-        _ => Surroundings::Black,
+        _ if found.environment_map => EnvironmentKind::Map,
+        Some(Environment::Uniform(radiance)) if radiance.iter().any(|&c| c > 0.0) => EnvironmentKind::Uniform,
+        _ => EnvironmentKind::Black,
     };
-    let points = Points::new(settings.sampler, settings.one_scramble);
+    let points = PointSet::new(settings.sampler, settings.one_scramble);
     Ok(KernelKey::new(method, points, camera, surroundings, parts)?)
 }
 

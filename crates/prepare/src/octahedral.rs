@@ -1,8 +1,10 @@
-//! Unit vectors in 32 bits: octahedral coordinates of 16 bits each (Cigolle et al. 2014, JCGT 3(2)).
+//! Unit vectors in 32 bits: octahedral coordinates of 16 bits each (Cigolle et al. 2014, JCGT
+//! 3(2)).
 
 use glam::Vec3;
 
-/// Packs a direction of any length; 0, which is +Z, where it has none. Twin of `octahedral_encode` in `shaders/core/math.wesl`.
+/// Packs a direction of any length; 0, which is +Z, where it has none. Counterpart of
+/// `octahedral_encode` in `shaders/core/math.wesl`.
 pub(crate) fn octahedral(n: Vec3) -> u32 {
     let sum = n.x.abs() + n.y.abs() + n.z.abs();
     if sum == 0.0 || !sum.is_finite() {
@@ -22,7 +24,7 @@ mod tests {
 
     use super::*;
 
-    /// Twin of `octahedral_decode` in `shaders/core/math.wesl`.
+    /// Counterpart of `octahedral_decode` in `shaders/core/math.wesl`.
     fn octahedral_decode(bits: u32) -> Vec3 {
         let unpack = |word: u32| (f32::from(word as u16 as i16) / 32767.0).max(-1.0);
         let e = Vec2::new(unpack(bits & 0xffff), unpack(bits >> 16));

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 /// A triangle, or two that form a parallelogram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Piece {
+pub(super) struct Facet {
     /// The triangle, by its place in the list.
     pub(super) triangle: usize,
     /// Which of its corners comes first: of a parallelogram the one that the other triangle lacks.
@@ -15,19 +15,22 @@ pub(super) struct Piece {
     pub(super) other: Option<usize>,
 }
 
-/// How far a fourth corner may be from where a parallelogram has it: in roundings of the corners' coordinates ...
+/// How far a fourth corner may be from where a parallelogram has it: in roundings of the corners'
+/// coordinates ...
 const ROUNDINGS: f32 = 4.0 * f32::EPSILON;
-/// ... and as a share of the shorter side. It is also the share of its light that could be sampled twice or not at all.
+/// ... and as a share of the shorter side. It is also the share of its light that could be sampled
+/// twice or not at all.
 const SHARE: f32 = 1e-5;
 
 /// Triangles as they come, each alone.
-pub(super) fn alone(count: usize) -> Vec<Piece> {
-    (0..count).map(|triangle| Piece { triangle, corner: 0, other: None }).collect()
+pub(super) fn unpaired(count: usize) -> Vec<Facet> {
+    (0..count).map(|triangle| Facet { triangle, corner: 0, other: None }).collect()
 }
 
-/// Joins triangles in pairs, those with the longest common edges first, which leaves a mesh of rectangles as it was made. Both
-/// triangles of a pair face the same side. Pieces come in the order of their first triangles.
-pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Piece> {
+/// Joins triangles in pairs, those with the longest common edges first, which leaves a mesh of
+/// rectangles as it was made. Both triangles of a pair face the same side. Pieces come in the order
+/// of their first triangles.
+pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Facet> {
     // −0 is 0.
     let bits = |p: Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let mut edges = HashMap::new();
@@ -51,13 +54,13 @@ pub(super) fn join(triangles: &[[Vec3; 3]]) -> Vec<Piece> {
         }
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut pieces = alone(triangles.len());
+    let mut pieces = unpaired(triangles.len());
     let mut taken = vec![false; triangles.len()];
     let mut joined = vec![false; triangles.len()];
     for (_, i, corner, j) in pairs {
         if !taken[i] && !taken[j] {
             (taken[i], taken[j], joined[j]) = (true, true, true);
-            pieces[i] = Piece { triangle: i, corner, other: Some(j) };
+            pieces[i] = Facet { triangle: i, corner, other: Some(j) };
         }
     }
     pieces.retain(|piece| !joined[piece.triangle]);
@@ -104,7 +107,7 @@ mod tests {
         let bent = d + 1e-3 * Vec3::Z;
         let kite = d - 0.1 * Vec3::X;
         for pair in [[[a, b, c], [a, c, bent]], [[a, b, c], [a, c, kite]], [[a, b, c], [a, d, c]]] {
-            assert_eq!(join(&pair), alone(2), "{pair:?}");
+            assert_eq!(join(&pair), unpaired(2), "{pair:?}");
         }
         assert_eq!(join(&[[a, b, c], [a, c, d]]).len(), 1);
         assert!(join(&[]).is_empty());

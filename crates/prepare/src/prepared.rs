@@ -7,11 +7,11 @@ use surelight_scene::{Camera, Environment, Scene};
 
 use crate::{
     attributes::AttributeLayout,
-    blueprint::{Blueprint, Room},
+    blueprint::{Blueprint, StackReserve},
     casters,
     caustics::Caustics,
-    choice::{choose, least_interreflection, may_share_paths, refusal},
-    clip::{Cut, Planes},
+    choice::{choose, may_reuse_paths, min_interreflection_share, refusal},
+    clip::{ActiveClipPlanes, Planes},
     compose::Constant,
     environment::EnvironmentTable,
     error::PrepareError,
@@ -22,24 +22,24 @@ use crate::{
     luminance::luminance,
     materials::{self, PreparedMaterial},
     media,
-    needs::{Found, decide, is_smooth_pane, may_be_smooth},
+    needs::{SceneFeatures, decide, is_smooth_pane, may_be_smooth},
     reflect::RecordLayout,
-    settings::{Integrator, Settings, SharedPaths},
+    settings::{Integrator, PathReuse, Settings},
     textures::Textures,
-    unreachable::{self, Eye, Unreachable},
+    unreachable::{self, CameraRays, Unreachable},
     view::View,
 };
 
-/// A scene seen by a camera, ready to be uploaded.
+/// A scene with a camera, ready to be uploaded.
 pub struct Prepared {
-    /// The BVH and what was skipped on the way.
+    /// The BVH and the counts of skipped triangles.
     pub accel: Accel,
-    /// What the kernel will contain ([`Part::ItemsImage`] is left to the device).
+    /// The parts of the kernel ([`Part::ItemsImage`] is decided by the device).
     key: KernelKey,
     /// Light that the estimator cannot connect paths to.
     pub unreachable: Vec<Unreachable>,
-    /// What the camera's clipping planes cut off the picture.
-    pub cut: Cut,
+    /// The clipping planes that remove surfaces.
+    pub cut: ActiveClipPlanes,
     /// The integrator: where [`Integrator::Auto`] is set, the one that it chose.
     pub integrator: Integrator,
     /// Why [`Integrator::Auto`] chose it.
@@ -57,32 +57,33 @@ pub struct Prepared {
     pub(crate) environment: Option<EnvironmentTable>,
     /// By mesh, its material.
     mesh_materials: Vec<usize>,
-    room: Room,
+    room: StackReserve,
 }
 
 impl Prepared {
-    /// Builds the BVH around the camera (so that scenes far from the origin keep their precision) and everything else.
+    /// Builds the BVH around the camera (so that scenes far from the origin keep their precision)
+    /// and everything else.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, PrepareError> {
         Ok(Self::with_work(scene, camera, settings, |_| ())?.0)
     }
 
-    /// Likewise, with something to do while the BVH is built, told what the kernel will most probably be made from:
-    /// `surelight_render::PrecompiledKernel::compile`.
+    /// Like [`Self::new`], with a task to run while the BVH is built, which gets the predicted
+    /// inputs of the kernel: `surelight_render::Ahead::compile`.
     pub fn with_work<T>(
         scene: &Scene,
         camera: &Camera,
         settings: &Settings,
         work: impl FnOnce(&Blueprint) -> T,
     ) -> Result<(Self, T), PrepareError> {
-        // What follows indexes without checks.
+        // The code below indexes without checks.
         scene.validate()?;
         let used: BTreeSet<usize> = scene.instances.iter().map(|i| scene.meshes[i.mesh].material).collect();
-        // Trees and tables know nothing of each other, and are made side by side.
+        // Trees and tables are independent, and are made in parallel.
         let (accel, tables, cut, work) = std::thread::scope(|scope| {
             let accel = scope.spawn(|| Accel::build(scene, camera.to_world.translation, &settings.build));
             let compensated = matches!(settings.integrator, Integrator::Mis | Integrator::Caustics | Integrator::Auto);
             let tables = Tables::new(scene, &used, compensated);
-            let cut = Cut::find(scene, camera, settings);
+            let cut = ActiveClipPlanes::find(scene, camera, settings);
             let work = tables.blueprint(scene, camera, settings, &used, cut).map(|blueprint| work(&blueprint));
             (accel.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), tables, cut, work)
         });
@@ -110,7 +111,7 @@ impl Prepared {
             (0..materials.len()).map(|i| used.contains(&i) && may_be_smooth(&materials[i])).collect();
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &materials[i]).collect();
         let planes = Planes::new(camera, cut);
-        let found = Found {
+        let found = SceneFeatures {
             lights: lights.kinds(),
             environment_map: environment.is_some(),
             instances: !accel.instances.is_empty(),
@@ -151,13 +152,13 @@ impl Prepared {
         }
         let shares = |integrator| {
             let settings = Settings { integrator, ..settings.clone() };
-            may_share_paths(&settings, &key)
-                && match settings.shared_paths {
-                    SharedPaths::Off => false,
-                    SharedPaths::Auto => {
-                        interreflection::share(scene, &accel, camera, &view, &planes) >= least_interreflection(&key)
+            may_reuse_paths(&settings, &key)
+                && match settings.path_reuse {
+                    PathReuse::Off => false,
+                    PathReuse::Auto => {
+                        interreflection::share(scene, &accel, camera, &view, &planes) >= min_interreflection_share(&key)
                     }
-                    SharedPaths::On => true,
+                    PathReuse::On => true,
                 }
         };
         let mut choice = None;
@@ -172,22 +173,23 @@ impl Prepared {
         let unreachable = match integrator {
             Integrator::Hemisphere(_) => Vec::new(),
             _ => {
-                let eye = caustics.is_some().then(|| Eye::new(camera, &view, planes));
+                let eye = caustics.is_some().then(|| CameraRays::new(camera, &view, planes));
                 unreachable::find(scene, &accel, &flow, eye.as_ref())
             }
         };
         let key = if caustics.is_some() {
-            key.by(Estimator::LightTracing)?
+            key.with_estimator(Estimator::LightTracing)?
         } else if shares(integrator) {
-            key.by(Estimator::PathReuse)?
+            key.with_estimator(Estimator::PathReuse)?
         } else {
             key
         };
         let layout = AttributeLayout::of(scene, &key);
         let attributes = layout.pack(scene, &accel, &key, &lights.triangle_words());
         let light_levels = lights.tree.as_ref().map_or(0, |tree| tree.depth);
-        // One more than the walk needs, since it writes the next entry whether or not it is kept.
-        let room = Room::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
+        // One more than the traversal needs, since it writes the next entry whether or not it is
+        // kept.
+        let room = StackReserve::likely(scene).for_depths(accel.stack_depth + 2, light_levels);
         let prepared = Self {
             accel,
             key,
@@ -211,13 +213,13 @@ impl Prepared {
         Ok((prepared, work))
     }
 
-    /// What the path kernel is made from.
+    /// The inputs of the path kernel.
     pub fn blueprint(&self) -> Blueprint {
         let constants = path_constants(self.room, &self.layout, self.environment.as_ref(), &self.planes);
         Blueprint { key: self.key, constants }
     }
 
-    /// What the kernel will contain; the device adds [`Part::ItemsImage`].
+    /// The parts of the kernel; the device adds [`Part::ItemsImage`].
     pub fn key(&self) -> KernelKey {
         self.key
     }
@@ -242,7 +244,8 @@ impl Prepared {
         constants
     }
 
-    /// The BVH's items. Those of triangles that are panes have a bit for each of the two in word 14.
+    /// The BVH's items. Those of triangles that are panes have a bit for each of the two in
+    /// word 14.
     pub(crate) fn items(&self) -> Cow<'_, [Item]> {
         if !self.key.has(Part::Panes) {
             return Cow::Borrowed(&self.accel.items);
@@ -264,7 +267,7 @@ impl Prepared {
     }
 }
 
-/// What measurements and tests add to a kernel.
+/// Additions to a kernel by measurements and tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instrument {
     /// Rays are traversed several times (`surelight_render::instrument`).
@@ -275,7 +278,7 @@ pub enum Instrument {
 
 /// Constants that the path kernel is specialised with.
 fn path_constants(
-    room: Room,
+    room: StackReserve,
     layout: &AttributeLayout,
     environment: Option<&EnvironmentTable>,
     planes: &Planes,
@@ -289,7 +292,7 @@ fn path_constants(
     constants
 }
 
-/// What is made of a scene without its trees.
+/// The part of a prepared scene that needs no trees.
 struct Tables {
     materials: Vec<PreparedMaterial>,
     textures: Textures,
@@ -318,14 +321,15 @@ impl Tables {
         Self { materials, textures, environment, nested }
     }
 
-    /// What the scene's kernel will be made from, unless a tree is uncommonly deep or something in the scene cannot be seen.
+    /// The predicted inputs of the scene's kernel: right unless a tree is uncommonly deep or part
+    /// of the scene is invisible.
     fn blueprint(
         &self,
         scene: &Scene,
         camera: &Camera,
         settings: &Settings,
         used: &BTreeSet<usize>,
-        cut: Cut,
+        cut: ActiveClipPlanes,
     ) -> Result<Blueprint, PrepareError> {
         let scale = match &scene.environment {
             Some(Environment::Map { scale, .. }) => f64::from(*scale),
@@ -334,7 +338,7 @@ impl Tables {
         let sky = sampled_sky(self.environment.as_ref(), settings, scale).is_some();
         let lights = LightKinds::expected(scene, settings.integrator, sky);
         let used_materials: Vec<&PreparedMaterial> = used.iter().map(|&i| &self.materials[i]).collect();
-        let found = Found {
+        let found = SceneFeatures {
             lights,
             environment_map: self.environment.is_some(),
             instances: surelight_accel::expects_instances(scene, &settings.build),
@@ -342,7 +346,8 @@ impl Tables {
             nested: self.nested,
         };
         let key = decide(scene, camera, settings, &used_materials, &found)?;
-        // Not so where nothing smooth can be seen, say, or the camera is inside glass. Panes alone seldom reflect light onto surfaces.
+        // Wrong where nothing smooth is visible, say, or the camera is inside glass. Panes alone
+        // seldom reflect light onto surfaces.
         let bends = |m: &&PreparedMaterial| may_be_smooth(m) && !is_smooth_pane(m);
         let traced = match settings.integrator {
             Integrator::Caustics => key.has(Part::DeltaLobes),
@@ -350,25 +355,25 @@ impl Tables {
             _ => false,
         } && key.has(Part::LightSampling)
             && refusal(settings, &key, cut).is_none();
-        // How much light surfaces send one another is known with the trees; where none is glossy, sharing is cheap and likely.
+        // How much light surfaces send one another is known with the trees; where none is glossy,
+        // sharing is cheap and likely.
         let integrator = match settings.integrator {
             Integrator::Auto if traced => Integrator::Caustics,
             Integrator::Auto => Integrator::Mis,
             other => other,
         };
-        let shared = may_share_paths(&Settings { integrator, ..settings.clone() }, &key)
-            && (settings.shared_paths == SharedPaths::On
-                || settings.shared_paths == SharedPaths::Auto && !key.has(Part::Ggx));
+        let shared = may_reuse_paths(&Settings { integrator, ..settings.clone() }, &key)
+            && (settings.path_reuse == PathReuse::On || settings.path_reuse == PathReuse::Auto && !key.has(Part::Ggx));
         let key = if traced {
-            key.by(Estimator::LightTracing)?
+            key.with_estimator(Estimator::LightTracing)?
         } else if shared {
-            key.by(Estimator::PathReuse)?
+            key.with_estimator(Estimator::PathReuse)?
         } else {
             key
         };
         let layout = AttributeLayout::of(scene, &key);
         let constants =
-            path_constants(Room::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
+            path_constants(StackReserve::likely(scene), &layout, self.environment.as_ref(), &Planes::new(camera, cut));
         Ok(Blueprint { key, constants })
     }
 }

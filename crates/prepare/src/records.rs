@@ -1,4 +1,4 @@
-//! What a kernel reads of a prepared scene: plain bytes by the names of the shaders' bindings.
+//! The arrays of a prepared scene: plain bytes by the names of the shaders' bindings.
 
 use std::borrow::Cow;
 
@@ -22,23 +22,25 @@ use crate::{
 pub struct SceneArray<'a> {
     /// Name of the binding in the shaders.
     pub name: &'static str,
-    /// What it holds, for messages.
+    /// Its contents, for messages.
     pub what: &'static str,
     /// Its records, one after the other.
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// What the light tracing kernel takes beside the scene.
+/// Inputs of the light tracing kernel beside the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightTracing {
-    /// Contribution of a particle of the usual flux to a pixel's sample, at the distance of the casters.
+    /// Contribution of a particle of the usual flux to a pixel's sample, at the distance of the
+    /// casters.
     pub usual: f64,
     /// Samples of all pixels for which one particle per pixel is emitted.
     pub samples_per_particle: u32,
 }
 
 impl Prepared {
-    /// The arrays that a kernel of this scene binds; `shader` says how its material records are laid out.
+    /// The arrays that a kernel of this scene binds; `shader` says how its material records are
+    /// laid out.
     pub fn arrays<'a>(&'a self, shader: &Composed) -> Vec<SceneArray<'a>> {
         let key = self.key();
         let lights = &self.lights;
@@ -89,13 +91,13 @@ impl Prepared {
         arrays
     }
 
-    /// What the light tracing kernel takes; `None` where no light is traced from the lights.
+    /// Inputs of the light tracing kernel; `None` where no light is traced from the lights.
     pub fn light_tracing(&self) -> Option<LightTracing> {
         let Caustics { usual, samples_per_particle, .. } = self.caustics.as_ref()?;
         Some(LightTracing { usual: *usual, samples_per_particle: *samples_per_particle })
     }
 
-    /// The view: camera, limits and what else is constant over a render.
+    /// The view: camera, limits and other constants of a render.
     pub fn view(&self) -> View {
         self.view
     }
@@ -109,7 +111,8 @@ fn cast<T: bytemuck::NoUninit>(records: Cow<'_, [T]>) -> Cow<'_, [u8]> {
     }
 }
 
-/// Offsets and sizes of a `repr(C)` struct's fields, all of them: one that is left out does not compile.
+/// Offsets and sizes of a `repr(C)` struct's fields, all of them: one that is left out does not
+/// compile.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! host_layout {
@@ -126,7 +129,7 @@ macro_rules! host_layout {
 
 /// Each record of fixed layout that a prepared scene shares with shaders, by its name in WGSL.
 ///
-/// Fields called `pad…` are what WGSL inserts by itself.
+/// Fields called `pad…` are the implicit padding of WGSL.
 pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
     vec![
         (

@@ -1,4 +1,4 @@
-//! What to render, beside the scene and the camera.
+//! Settings of a render, beside the scene and the camera.
 
 use surelight_accel::BuildOptions;
 
@@ -12,12 +12,15 @@ pub enum Integrator {
     /// Both, combined by multiple importance sampling.
     #[default]
     Mis,
-    /// The same, but that light which comes to scattering surfaces by mirrors and smooth glass is traced from the lights.
+    /// [`Self::Mis`], with light that mirrors and smooth glass send to scattering surfaces traced
+    /// from the lights.
     Caustics,
-    /// [`Self::Caustics`] where light comes to surfaces by mirrors and smooth glass in such a way that this pays, or would be missing
-    /// otherwise; else [`Self::Mis`]. Decided by the scene, before the first sample: see [`crate::Prepared::choice`].
+    /// [`Self::Caustics`] where mirrors and smooth glass send so much light to surfaces that this
+    /// pays, or where it would be missing otherwise; else [`Self::Mis`]. Decided by the scene,
+    /// before the first sample: see [`crate::Prepared::choice`].
     Auto,
-    /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse surfaces: biased.
+    /// One shadow ray to the middle of a light, mirrors and clear glass, nothing between diffuse
+    /// surfaces: biased.
     Whitted,
 }
 
@@ -59,38 +62,41 @@ pub enum Sampler {
 
 /// Whether neighbouring pixels use each other's paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum SharedPaths {
+pub enum PathReuse {
     /// They do not.
     #[default]
     Off,
-    /// They do where most of the light of the picture may come from surface to surface.
+    /// Pixels reuse paths where most of the light of the picture may be interreflection.
     Auto,
     /// They do.
     On,
 }
 
-/// What to render, beside the scene and the camera.
+/// Settings of a render, beside the scene and the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Pixels.
     pub width: u32,
     /// Pixels.
     pub height: u32,
-    /// Scattering events that a path may have: 0 emission only, 1 direct light; `None`: Russian roulette alone ends paths.
+    /// Scattering events that a path may have: 0 emission only, 1 direct light; `None`: Russian
+    /// roulette alone ends paths.
     pub max_bounces: Option<u32>,
     /// How paths are sampled.
     pub integrator: Integrator,
-    /// Where their random numbers come from.
+    /// The source of random numbers.
     pub sampler: Sampler,
-    /// Sobol points: all batches are pieces of one scrambled sequence instead of a scramble each. The picture's error is smaller
-    /// (on the Cornell box by a fifth at 64 samples a pixel), but batches then balance one another out, and what their
-    /// spread tells of the error is too large.
+    /// Sobol points: all batches are pieces of one scrambled sequence instead of a scramble each.
+    /// The picture's error is smaller (on the Cornell box by a fifth at 64 samples per pixel), but
+    /// batches then compensate one another, and their spread overestimates the error.
     pub one_scramble: bool,
-    /// Neighbouring pixels use each other's second vertices, where paths are sampled by [`Integrator::Mis`]: light that surfaces send one
-    /// another has a third of the variance for not twice the time. The errors of the four pixels of each 2×2 square then are not independent.
-    pub shared_paths: SharedPaths,
-    /// Whether some pixels get more samples than others, as `surelight_render::Renderer::adapt` finds worth while. Particles from lights are not for
-    /// one pixel: they stay as many.
+    /// Neighbouring pixels use each other's second vertices, where paths are sampled by
+    /// [`Integrator::Mis`]: light that surfaces send one another has a third of the variance for
+    /// not twice the time. The errors of the four pixels of each 2×2 square then are not
+    /// independent.
+    pub path_reuse: PathReuse,
+    /// Whether some pixels get more samples than others, as `surelight_render::Renderer::adapt`
+    /// decides. Particles from lights are not per pixel: their number is unchanged.
     pub adaptive: bool,
     /// Whether the environment lights the scene without showing to the camera. The film then has
     /// coverage (`surelight_film::Film::coverage`), and its radiance is premultiplied by it.
@@ -101,12 +107,13 @@ pub struct Settings {
     pub aperture: Option<f32>,
     /// Distance of the plane in focus, metres.
     pub focus: Option<f32>,
-    /// Reflections of rough surfaces get back what their facets lose by scattering once; glTF defines single scattering.
+    /// Reflections of rough surfaces regain the energy that single scattering loses; glTF defines
+    /// single scattering.
     pub multiple_scattering: bool,
     /// Clamp of a sample's components: biased.
     pub max_radiance: Option<f32>,
-    /// Instead of a picture, each pixel estimates the radiance that a white Lambertian point at the camera's place, facing along its
-    /// −Z, would send out: times π, the irradiance there.
+    /// Instead of a picture, each pixel estimates the radiance that a white Lambertian point at the
+    /// camera's place, facing along its −Z, would send out: times π, the irradiance there.
     pub receiver: bool,
     /// How much time the BVH may take.
     pub build: BuildOptions,
@@ -122,7 +129,7 @@ impl Settings {
             integrator: Integrator::default(),
             sampler: Sampler::default(),
             one_scramble: false,
-            shared_paths: SharedPaths::default(),
+            path_reuse: PathReuse::default(),
             adaptive: false,
             transparent: false,
             seed: 0,

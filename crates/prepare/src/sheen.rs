@@ -1,20 +1,20 @@
-//! The directional albedo of the sheen layer, as the kernel looks it up.
+//! The directional albedo of the sheen layer, as a lookup table of the kernel.
 //!
-//! KHR_materials_sheen's "Charlie" model (Conty Estevez & Kulla 2017) has no closed form for it, so it is integrated here: once a
-//! process, in f64.
+//! KHR_materials_sheen's "Charlie" model (Conty Estevez & Kulla 2017) has no closed form for it, so
+//! it is integrated here: once a process, in f64.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use surelight_estimate::gauss_legendre;
 
-/// Columns of equal sqrt(cosθ) from 0 to 1, rows of equal sqrt(α) from 0.1 to 1. Twins of `SHEEN_COLUMNS` and `SHEEN_ROWS` in
-/// `shaders/bsdf/sheen.wesl`.
+/// Columns of equal sqrt(cosθ) from 0 to 1, rows of equal sqrt(α) from 0.1 to 1. Counterparts of
+/// `SHEEN_COLUMNS` and `SHEEN_ROWS` in `shaders/bsdf/sheen.wesl`.
 const COLUMNS: usize = 64;
 const ROWS: usize = 64;
 
-/// Cosines below this are taken for it; twin of `SHEEN_COSINE_LEAST`.
-const COSINE_LEAST: f64 = 1e-3;
+/// Cosines are clamped to at least this.
+const MIN_COSINE: f64 = 1e-3;
 
 /// The table, row after row.
 pub fn sheen_albedos() -> &'static [f32] {
@@ -28,12 +28,13 @@ pub fn sheen_albedos() -> &'static [f32] {
     })
 }
 
-/// ∫ D·V·cosθi dωi of white fibres seen at this cosine.
+/// ∫ D·V·cosθi dωi of white fibres viewed at this cosine.
 fn albedo(cos_o: f64, alpha: f64) -> f64 {
-    integral(cos_o.max(COSINE_LEAST), alpha, 32)
+    integral(cos_o.max(MIN_COSINE), alpha, 32)
 }
 
-/// Gauss–Legendre in φ, where the integrand is even, and in sqrt(cosθi), since masking is steep at the horizon.
+/// Gauss–Legendre in φ, where the integrand is even, and in sqrt(cosθi), since masking is steep at
+/// the horizon.
 fn integral(cos_o: f64, alpha: f64, points: usize) -> f64 {
     let nodes = gauss_legendre(points);
     let sin_o = (1.0 - cos_o * cos_o).sqrt();
@@ -54,8 +55,9 @@ fn integral(cos_o: f64, alpha: f64, points: usize) -> f64 {
                 weight * (xy.max(0.0) / (xy + z * z)).powf(0.5 / alpha)
             })
             .sum();
-        // Both halves of the azimuth, each π long; dcosθi = 2t dt; nodes and weights are those of [−1, 1].
-        sum += weight * t * d * PI / (4.0 * cos_o * (1.0 + lambda_o + lambda(cos_i.max(COSINE_LEAST), alpha)));
+        // Both halves of the azimuth, each π long; dcosθi = 2t dt; nodes and weights are those of
+        // [−1, 1].
+        sum += weight * t * d * PI / (4.0 * cos_o * (1.0 + lambda_o + lambda(cos_i.max(MIN_COSINE), alpha)));
     }
     sum * (2.0 + 1.0 / alpha) / (2.0 * PI)
 }
@@ -85,7 +87,8 @@ mod tests {
         }
     }
 
-    /// Between its nodes the table must not be smaller than the truth by more than a little, or light would be gained.
+    /// Between its nodes the table must not be smaller than the truth by more than a little, or
+    /// light would be gained.
     #[test]
     fn the_table_is_fine_enough() {
         let table = sheen_albedos();

@@ -2,7 +2,7 @@
 
 use surelight_scene::{Material, TextureRef};
 
-use super::lobes::{has_facets, has_film, is_anisotropic, is_coated, is_fibrous, sends_through};
+use super::lobes::{has_diffuse_transmission, has_facets, has_film, has_sheen, is_anisotropic, is_coated};
 use crate::kernel_key::Part;
 
 /// A texture's place in a material.
@@ -49,7 +49,7 @@ impl Slot {
         Self::DiffuseTransmissionColor,
     ];
 
-    /// Whether the kernel may look it up, the texture, and whether its colours are sRGB.
+    /// Whether the kernel may sample it, the texture, and whether its colours are sRGB.
     pub(super) fn of(self, m: &Material) -> (bool, Option<&TextureRef>, bool) {
         let shaded = !m.unlit;
         let facets = has_facets(m);
@@ -66,13 +66,15 @@ impl Slot {
             Self::Clearcoat => (is_coated(m), coat.texture.as_ref(), false),
             Self::ClearcoatRoughness => (is_coated(m) && coat.roughness > 0.0, coat.roughness_texture.as_ref(), false),
             Self::ClearcoatNormal => (is_coated(m), coat.normal_texture.as_ref().map(|n| &n.texture), false),
-            Self::SheenColor => (is_fibrous(m), sheen.color_texture.as_ref(), true),
-            Self::SheenRoughness => (is_fibrous(m) && sheen.roughness > 0.0, sheen.roughness_texture.as_ref(), false),
+            Self::SheenColor => (has_sheen(m), sheen.color_texture.as_ref(), true),
+            Self::SheenRoughness => (has_sheen(m) && sheen.roughness > 0.0, sheen.roughness_texture.as_ref(), false),
             Self::Anisotropy => (is_anisotropic(m), m.anisotropy.texture.as_ref(), false),
             Self::Iridescence => (has_film(m), m.iridescence.texture.as_ref(), false),
             Self::IridescenceThickness => (has_film(m), m.iridescence.thickness_texture.as_ref(), false),
-            Self::DiffuseTransmission => (sends_through(m), m.diffuse_transmission.texture.as_ref(), false),
-            Self::DiffuseTransmissionColor => (sends_through(m), m.diffuse_transmission.color_texture.as_ref(), true),
+            Self::DiffuseTransmission => (has_diffuse_transmission(m), m.diffuse_transmission.texture.as_ref(), false),
+            Self::DiffuseTransmissionColor => {
+                (has_diffuse_transmission(m), m.diffuse_transmission.color_texture.as_ref(), true)
+            }
         }
     }
 
@@ -99,7 +101,7 @@ impl Slot {
         }
     }
 
-    /// The part of the kernel that looks it up.
+    /// The part of the kernel that samples it.
     pub(super) fn part(self) -> Part {
         match self {
             Self::BaseColor => Part::BaseColorTexture,

@@ -1,4 +1,4 @@
-//! Texels of every image in use, and how materials look them up.
+//! Texels of every image in use, and the records by which materials sample them.
 
 use std::{collections::HashMap, sync::OnceLock};
 
@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Affine2;
 use surelight_scene::{Filter, Scene, TextureRef, Wrap};
 
-/// Twin of `TextureUse` in `shaders/scene/textures.wesl`.
+/// Counterpart of `TextureUse` in `shaders/scene/textures.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct TextureUse {
@@ -20,10 +20,10 @@ pub(crate) struct TextureUse {
     pub(crate) pad_1: u32,
 }
 
-/// Stands for "no texture" in a material record.
+/// Means "no texture" in a material record.
 pub(crate) const NO_TEXTURE: u32 = u32::MAX;
 
-/// Gathers textures as materials ask for them.
+/// Collects the textures of materials.
 #[derive(Default)]
 pub(crate) struct Textures {
     /// RGBA8, image after image.
@@ -33,7 +33,8 @@ pub(crate) struct Textures {
 }
 
 impl Textures {
-    /// The index that a material record holds for this texture; `srgb`: its colours are to be linearised.
+    /// The index that a material record holds for this texture; `srgb`: its colours are to be
+    /// linearised.
     pub(crate) fn add(&mut self, scene: &Scene, reference: Option<&TextureRef>, srgb: bool) -> u32 {
         let Some(reference) = reference else { return NO_TEXTURE };
         let texture = &scene.textures[reference.texture];
@@ -72,12 +73,12 @@ impl Textures {
     }
 }
 
-/// Bilinear lookup on the CPU, the twin of `sample_texture`: linear RGB of an sRGB texture.
+/// Bilinear lookup on the CPU, the counterpart of `sample_texture`: linear RGB of an sRGB texture.
 pub(crate) fn lookup_srgb(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> [f32; 3] {
     lookup(scene, reference, uv, |texel| [texel[0], texel[1], texel[2]].map(srgb_to_linear))
 }
 
-/// Likewise, a texture's alpha.
+/// Bilinear lookup of a texture's alpha.
 pub(crate) fn lookup_alpha(scene: &Scene, reference: &TextureRef, uv: glam::Vec2) -> f32 {
     let [alpha] = lookup(scene, reference, uv, |texel| [f32::from(texel[3]) / 255.0]);
     alpha

@@ -1,16 +1,15 @@
-//! Light that no point on it can be connected to: what shines through smooth glass or by mirrors
-//! alone.
+//! Light that no connection to a point on it finds: light through smooth glass or by mirrors alone.
 //!
-//! Estimators connect a path to a light at a vertex that scatters. From a light whose rays first
-//! meet a mirror or smooth glass no vertex is ever connected, and what comes of it must be found by
-//! a direction that happens to meet the light. A light without extent is never met: its caustics
-//! are missing from the picture, whatever the number of samples. An emitter that stands behind
-//! glass on all sides is met by chance: the picture is right in the limit, and its error bars are
-//! not to be believed before chance has done its work.
+//! Estimators connect a path to a light at a vertex that scatters. For a light whose rays first hit
+//! a mirror or smooth glass no vertex is ever connected, and its light must be found by a direction
+//! that happens to hit it. A light without extent is never hit: its caustics are missing from the
+//! picture, whatever the number of samples. An emitter behind glass on all sides is hit by chance:
+//! the picture is right in the limit, and its error bars are unreliable before there are enough
+//! hits.
 //!
-//! Where light is traced from the lights (`Integrator::Caustics`), it reaches what the camera sees
-//! directly; what is missing or met by chance alone is light that comes so and is then seen by a
-//! mirror or through glass.
+//! Where light is traced from the lights (`Integrator::Caustics`), it reaches directly visible
+//! surfaces; only such light that is then seen in a mirror or through glass is missing or hit by
+//! chance alone.
 //!
 //! How much that is, [`LightFlow`] finds by rays from the lights.
 
@@ -29,14 +28,14 @@ use super::view::View;
 
 /// Rays through the picture.
 const RAYS: u32 = 4096;
-/// Shares below this are not told.
-const LEAST_SHARE: f64 = 0.01;
-/// Emitters of whose light this much is found by chance alone are told.
-const MOST_BY_CHANCE: f64 = 0.9;
+/// Shares below this are not reported.
+const MIN_SHARE: f64 = 0.01;
+/// Emitters are reported from this share of light found by chance alone.
+const MAX_CHANCE_SHARE: f64 = 0.9;
 /// Roughness below which lobes are deltas: α < 1e-4.
 const SMOOTH: f32 = 0.01;
 /// Surfaces without cover that a ray may pass.
-const MOST_PASSED: u32 = 64;
+const MAX_PASSED: u32 = 64;
 
 /// Light that estimators cannot connect.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,8 +47,8 @@ pub enum Unreachable {
         /// Of all light that surfaces scatter, the share that is missing.
         share: f64,
     },
-    /// Lights without extent, where light is traced from them: what is missing is their caustics in
-    /// mirrors and behind glass.
+    /// Lights without extent, where light is traced from them: their caustics in mirrors and behind
+    /// glass are missing.
     SeenBehind {
         /// Names of the lights, or their numbers in the scene.
         lights: Vec<String>,
@@ -118,9 +117,9 @@ impl Display for Percent {
     }
 }
 
-/// What the flow of light says of the lights. `eye`: the camera's, where light is traced from the
-/// lights.
-pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&Eye>) -> Vec<Unreachable> {
+/// Findings of the light-flow analysis about the lights. `eye`: the camera's rays, where light is
+/// traced from the lights.
+pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&CameraRays>) -> Vec<Unreachable> {
     let name = |&i: &usize| {
         let name = &scene.lights[i].name;
         if name.is_empty() { format!("light {i}") } else { format!("'{name}'") }
@@ -129,26 +128,27 @@ pub(super) fn find(scene: &Scene, accel: &Accel, flow: &LightFlow, eye: Option<&
     let mut found = Vec::new();
     if let Some(eye) = eye {
         let specular = scene.materials.iter().map(specular_share).collect();
-        let share = Walk { scene, accel, specular }.seen(eye);
-        if !lights.is_empty() && share >= LEAST_SHARE {
+        let share = SpecularWalk { scene, accel, specular }.unscattered_share(eye);
+        if !lights.is_empty() && share >= MIN_SHARE {
             found.push(Unreachable::SeenBehind { lights, share });
         }
-        // Pixels that are met by chance are not certified; the picture as a whole is not chance's.
+        // Pixels hit by chance are not certified; the picture as a whole does not depend on chance.
         return found;
     }
-    if !lights.is_empty() && flow.missing_share >= LEAST_SHARE {
+    if !lights.is_empty() && flow.missing_share >= MIN_SHARE {
         found.push(Unreachable::Missing { lights, share: flow.missing_share });
     }
-    // Under an environment an emitter is not all there is, and what is met by chance is seldom
-    // dark.
-    if scene.environment.is_none() && flow.emitter_delta_share >= MOST_BY_CHANCE {
+    // Under an environment an emitter is not the only light, and a pixel without a chance hit is
+    // seldom dark.
+    if scene.environment.is_none() && flow.emitter_delta_share >= MAX_CHANCE_SHARE {
         found.push(Unreachable::ByChance { share: flow.emitter_delta_share });
     }
     found
 }
 
-/// How much of the light that a surface gets goes on without being scattered, but for what passes
-/// straight through a pane, which light sampling does, too; 0 where nothing about it is smooth.
+/// The share of a surface's incident light that continues unscattered, without the part that passes
+/// straight through a pane, which light sampling finds, too; 0 where the surface has nothing
+/// smooth.
 fn specular_share(m: &Material) -> f64 {
     let greatest = |c: &[f32]| f64::from(c.iter().copied().fold(0.0, f32::max));
     let base = if has_facets(m) && m.roughness < SMOOTH {
@@ -171,7 +171,7 @@ pub(super) fn point(i: u32, n: u32) -> DVec2 {
 }
 
 /// A direction by its cosine and turn about an axis.
-pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+pub(super) fn direction_around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let (sin, cos) = (TAU * turn).sin_cos();
     axis * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
@@ -179,7 +179,7 @@ pub(super) fn about(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 
 /// Rays of the picture's middle, right and upper edge, camera space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Eye {
+pub(super) struct CameraRays {
     origin: DVec3,
     forward: DVec3,
     right: DVec3,
@@ -188,7 +188,7 @@ pub(super) struct Eye {
     planes: Planes,
 }
 
-impl Eye {
+impl CameraRays {
     pub(super) fn new(camera: &Camera, view: &View, planes: Planes) -> Self {
         let [origin, forward, right, up] =
             [view.origin, view.forward, view.right, view.up].map(|v| Vec3::from(v).as_dvec3());
@@ -197,31 +197,31 @@ impl Eye {
     }
 }
 
-struct Walk<'a> {
+struct SpecularWalk<'a> {
     scene: &'a Scene,
     accel: &'a Accel,
     specular: Vec<f64>,
 }
 
-impl Walk<'_> {
-    /// What the first surface on a ray that covers anything does; `None` where there is none.
-    /// Camera space.
+impl SpecularWalk<'_> {
+    /// The unscattered share at the first surface on a ray; `None` where there is none. Camera
+    /// space.
     fn first(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let mut ray = Ray::new(origin.as_vec3(), direction.as_vec3());
-        for _ in 0..MOST_PASSED {
+        for _ in 0..MAX_PASSED {
             let hit = self.accel.intersect(&ray)?;
             let surface = Surface::at(self.scene, self.accel, &hit);
             if surface.material.alpha_mode == AlphaMode::Opaque {
                 return Some(self.specular[surface.material_index]);
             }
-            // Cover is not looked up: what is behind counts.
+            // Alpha textures are not sampled: surfaces behind contribute.
             ray.t_min = hit.t * (1.0 + 1e-5);
         }
         None
     }
 
-    /// Of the picture, the share that shows what goes on without being scattered.
-    fn seen(&self, eye: &Eye) -> f64 {
+    /// The share of the picture in which light continues unscattered.
+    fn unscattered_share(&self, eye: &CameraRays) -> f64 {
         let share = |i: u32| {
             let u = point(i, RAYS) * 2.0 - 1.0;
             let across = eye.right * u.x + eye.up * u.y;

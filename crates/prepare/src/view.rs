@@ -6,7 +6,7 @@ use surelight_scene::{Camera, Projection};
 
 use super::Settings;
 
-/// Twin of `View` in `shaders/scene/view.wesl`.
+/// Counterpart of `View` in `shaders/scene/view.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub struct View {
@@ -31,7 +31,8 @@ pub struct View {
 }
 
 impl View {
-    /// Camera and limits; light fields are left for the lights to fill in. `origin`: where the scene's origin was moved to.
+    /// Camera and limits; light fields are left for the lights to fill in. `origin`: where the
+    /// scene's origin was moved to.
     pub(crate) fn new(camera: &Camera, settings: &Settings, origin: DVec3) -> Self {
         let axes = camera.to_world.matrix3;
         let aspect = f64::from(settings.width) / f64::from(settings.height);

@@ -5,7 +5,7 @@
 //! σ/√w is best. The pilot's samples are thrown away: an image whose samples decide how many of
 //! them there are is biased.
 
-use surelight_film::{Film, LEAST_SAMPLES, Window};
+use surelight_film::{Film, MIN_CERTIFIED_SAMPLES, Window};
 use surelight_prepare::{KernelKey, Part, luminance};
 
 use crate::{
@@ -125,8 +125,12 @@ fn in_quarters(share: f64) -> u32 {
 /// The smallest share in quarters when so many samples per pixel are planned: every pixel that
 /// would otherwise have enough for a certificate still has.
 pub(crate) fn min_share(planned: Option<u32>) -> u32 {
-    let planned = planned.map_or(LEAST_SAMPLES, u64::from);
-    if planned < LEAST_SAMPLES { 1 } else { (u64::from(WHOLE) * LEAST_SAMPLES).div_ceil(planned) as u32 }
+    let planned = planned.map_or(MIN_CERTIFIED_SAMPLES, u64::from);
+    if planned < MIN_CERTIFIED_SAMPLES {
+        1
+    } else {
+        (u64::from(WHOLE) * MIN_CERTIFIED_SAMPLES).div_ceil(planned) as u32
+    }
 }
 
 /// The shares, and the buffer that the kernel reads them from.

@@ -8,7 +8,7 @@ mod grid;
 use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
-use surelight_prepare::{Constant, KernelKey, Points, Sampler, compose_with};
+use surelight_prepare::{Constant, KernelKey, PointSet, Sampler, compose_with};
 
 use crate::{
     device::Device,
@@ -101,7 +101,7 @@ impl<'a> Integrand<'a> {
         let (module, _) = formula.module();
         let constants = [Constant { name: "DIMENSIONS", value: bounds.len() as u32 }];
         let kernel = |sampler: Sampler, entry: &str| {
-            let key = KernelKey::of_points(Points::new(sampler, false));
+            let key = KernelKey::of_points(PointSet::new(sampler, false));
             let shader = compose_with(ROOT, &key, &constants, Some(("package::integrand", &module)))?;
             // The formula is a user's: it may index out of bounds.
             Kernel::new(device, &shader, entry, Checks::Full, &resources)

@@ -13,8 +13,8 @@ use crate::{
 const PATH_ENTRY: &str = "trace_paths";
 
 /// Root modules of the kernels for first-hit features and for light tracing.
-const FEATURE_ROOT: &str = "package::kernel::features";
-const EMIT_ROOT: &str = "package::kernel::emit";
+const FEATURE_ROOT: &str = "package::kernel::first_hit";
+const EMIT_ROOT: &str = "package::kernel::light_tracing";
 
 /// A composed shader and its compiled entry point.
 pub(crate) struct CompiledShader {

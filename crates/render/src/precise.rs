@@ -87,7 +87,7 @@ pub(crate) fn render(
         }
         let here = Precision { confidence: 1.0 - (1.0 - precision.confidence) * spent(check), ..*precision };
         let reach = here.reach(film, &film.certify());
-        if here.is_met(&reach) {
+        if here.is_reached(&reach) {
             return Ok(Outcome::Done);
         }
         if until >= max {

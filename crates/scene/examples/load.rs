@@ -1,4 +1,5 @@
-//! Loads a scene and says what is in it: `cargo run --release --example load -p surelight-scene -- scene.glb`
+//! Loads a scene and lists its contents: `cargo run --release --example load -p surelight-scene --
+//! scene.glb`
 
 use std::path::Path;
 use std::time::Instant;

@@ -5,7 +5,7 @@ use glam::DAffine3;
 pub struct Camera {
     /// Name of the node or camera; empty when the file gives none.
     pub name: String,
-    /// Camera to world: orthonormal (node scale is taken out). The camera looks along its −Z, +Y is up.
+    /// Camera to world: orthonormal (node scale is taken out). The view direction is −Z, +Y is up.
     pub to_world: DAffine3,
     /// How directions spread.
     pub projection: Projection,
@@ -13,8 +13,8 @@ pub struct Camera {
     pub clip: ClipRange,
 }
 
-/// The near and the far plane of a camera: what lies before the one or beyond the other is not
-/// shown.
+/// The near and the far plane of a camera: surfaces nearer than the one or farther than the other
+/// are clipped.
 ///
 /// Depths are metres along the camera's view direction, so that both planes are parallel to the
 /// image.
@@ -66,7 +66,7 @@ pub enum Projection {
 }
 
 impl Camera {
-    /// Width over height that the file asks for, if it does.
+    /// Width over height, where the file states one.
     pub fn aspect(&self) -> Option<f64> {
         match self.projection {
             Projection::Perspective { aspect, .. } => aspect,

@@ -24,8 +24,8 @@ pub enum Environment {
 
 /// An equirectangular (latitude–longitude) radiance map, row 0 at the zenith.
 ///
-/// A direction (x, y, z) in glTF space is found at u = ½ + atan2(z, x)/2π, v = ½ − asin(y)/π.
-/// Every texel is finite and non-negative: the loader has seen to it.
+/// A direction (x, y, z) in glTF space is found at u = ½ + atan2(z, x)/2π, v = ½ − asin(y)/π. Every
+/// texel is finite and non-negative: the loader ensures it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     /// Texels in a row.

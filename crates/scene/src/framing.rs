@@ -1,4 +1,4 @@
-//! Where a scene is, and a camera that shows all of it.
+//! The bounds of a scene, and a camera that shows all of it.
 
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
@@ -9,20 +9,21 @@ use crate::{Camera, ClipRange, Mesh, Projection, Scene};
 const YFOV: f64 = 0.7;
 
 /// With more placed vertices than this, boxes of meshes are transformed in place of vertices.
-const MOST_VERTICES: usize = 50_000_000;
+const MAX_VERTICES: usize = 50_000_000;
 
-/// Corners beyond this count as not finite: a frame around them would overflow.
+/// Corners beyond this are treated as not finite: a frame around them would overflow.
 const FARTHEST: f64 = 1e100;
 
 impl Scene {
-    /// The box around all placed triangles, lower and upper corner; `None` when no corner of one is finite.
+    /// The box around all placed triangles, lower and upper corner; `None` when no corner of one is
+    /// finite.
     ///
-    /// Corners that are not finite are left out. The box is exact up to 50 million placed vertices, and beyond that holds
-    /// the boxes of the placed meshes.
+    /// Corners that are not finite are left out. The box is exact up to 50 million placed vertices,
+    /// and beyond that holds the boxes of the placed meshes.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let points: Vec<Vec<DVec3>> = self.meshes.par_iter().map(corners_of).collect();
         let placed: usize = self.instances.iter().map(|i| points[i.mesh].len()).fold(0, usize::saturating_add);
-        let points = if placed <= MOST_VERTICES {
+        let points = if placed <= MAX_VERTICES {
             points
         } else {
             points.into_iter().map(|p| bounds(p.into_iter()).map_or(Vec::new(), box_corners)).collect()
@@ -35,8 +36,9 @@ impl Scene {
         bounds(boxes.into_iter().flat_map(|(low, high)| [low, high]))
     }
 
-    /// A camera that shows the whole model from the front (+Z), a little from the right and from above, for an image of
-    /// this width over height. An empty scene gets a view of the unit cube around the origin.
+    /// A camera that shows the whole model from the front (+Z), a little from the right and from
+    /// above, for an image of this width over height. An empty scene gets a view of the unit cube
+    /// around the origin.
     pub fn frame_camera(&self, aspect: f64) -> Camera {
         let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
         let (low, high) = self.bounds().unwrap_or((DVec3::splat(-0.5), DVec3::splat(0.5)));
@@ -45,7 +47,8 @@ impl Scene {
         let right = DVec3::Y.cross(backward).normalize();
         let up = backward.cross(right);
 
-        // Each corner of the box must lie inside the four planes of the view; the farthest demand wins.
+        // Each corner of the box must lie inside the four planes of the view; the farthest demand
+        // wins.
         let slope_y = (YFOV * 0.5).tan();
         let slope_x = slope_y * aspect;
         let distance = box_corners((low, high))
@@ -55,7 +58,7 @@ impl Scene {
                 p.dot(backward) + (p.dot(right).abs() / slope_x).max(p.dot(up).abs() / slope_y)
             })
             .fold(0.0, f64::max);
-        // A margin around, and something to look at when the scene is a point.
+        // A margin around, and a finite extent when the scene is a point.
         let distance = if distance > 0.0 { distance * 1.05 } else { 1.0 };
         Camera {
             name: String::new(),

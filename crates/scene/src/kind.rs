@@ -1,4 +1,4 @@
-//! What a file is, by its first bytes: for messages about files of the wrong kind.
+//! The kind of a file, by its first bytes: for messages about files of the wrong kind.
 
 /// First bytes and kind of files that are taken for scenes and environments.
 const KINDS: &[(&[u8], &str)] = &[

@@ -1,4 +1,5 @@
-//! What extensions put on, into or behind a material's surface; each does nothing by default.
+//! Layers that extensions put on, into or behind a material's surface; each has no effect by
+//! default.
 
 use crate::texture::{NormalTexture, TextureRef};
 
@@ -13,7 +14,8 @@ pub struct Clearcoat {
     pub roughness: f32,
     /// G, linear.
     pub roughness_texture: Option<TextureRef>,
-    /// The coat's own normal map; without it the coat follows the smooth surface, whatever the base's map.
+    /// The coat's own normal map; without it the coat follows the smooth surface, whatever the
+    /// base's map.
     pub normal_texture: Option<NormalTexture>,
 }
 
@@ -71,14 +73,15 @@ impl Default for Iridescence {
     }
 }
 
-/// KHR_materials_diffuse_transmission: a share of the Lambertian base that leaves on the other side.
+/// KHR_materials_diffuse_transmission: a share of the Lambertian base that leaves on the other
+/// side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseTransmission {
     /// 0 none … 1 all.
     pub factor: f32,
     /// A, linear.
     pub texture: Option<TextureRef>,
-    /// Colour of what is transmitted, linear; the base colour does not count.
+    /// Colour of transmitted light, linear; the base colour does not apply.
     pub color: [f32; 3],
     /// RGB, sRGB.
     pub color_texture: Option<TextureRef>,

@@ -1,7 +1,8 @@
 //! A glTF or HDR file in, a validated [`Scene`] out: plain data, no GPU.
 //!
-//! This is the only crate that knows glTF. Everything downstream (BVH, lights, kernels) reads [`Scene`] and can rely on
-//! what its types promise: indices in range, finite numbers where stated, textures decoded.
+//! This is the only crate that reads glTF. Everything downstream (BVH, lights, kernels) reads
+//! [`Scene`] and can rely on the invariants of its types: indices in range, finite numbers where
+//! stated, textures decoded.
 //!
 //! ```
 //! use std::path::Path;

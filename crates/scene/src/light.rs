@@ -5,7 +5,7 @@ use glam::DVec3;
 pub struct Light {
     /// Name of the light; empty when the file gives none.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: LightKind,
     /// Colour × intensity: candela for point and spot, lux for directional, linear Rec. 709.
     pub intensity: [f32; 3],

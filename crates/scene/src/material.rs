@@ -1,7 +1,8 @@
 use crate::layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 use crate::texture::{NormalTexture, TextureRef};
 
-/// A glTF metallic-roughness material with the extensions that Surelight knows, by their glTF names and defaults.
+/// A glTF metallic-roughness material with the supported extensions, by their glTF names and
+/// defaults.
 ///
 /// Factors are inside the ranges that glTF states; textures multiply them.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,9 +25,10 @@ pub struct Material {
     pub emissive: [f32; 3],
     /// sRGB.
     pub emissive_texture: Option<TextureRef>,
-    /// What alpha means.
+    /// The meaning of alpha.
     pub alpha_mode: AlphaMode,
-    /// Seen from both sides. One-sided surfaces still reflect on both, but emit from the front alone.
+    /// Visible from both sides. One-sided surfaces still reflect on both, but emit from the front
+    /// alone.
     pub double_sided: bool,
     /// KHR_materials_unlit: base colour is shown as it is, and lights nothing.
     pub unlit: bool,
@@ -63,13 +65,14 @@ pub struct Material {
 /// A homogeneous absorbing medium inside a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
-    /// Metres (world) after which white light has become `attenuation_color`; infinite for a clear medium.
+    /// Metres (world) after which white light has become `attenuation_color`; infinite for a clear
+    /// medium.
     pub attenuation_distance: f32,
     /// Linear.
     pub attenuation_color: [f32; 3],
 }
 
-/// What a material's alpha does.
+/// The effect of a material's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Nothing.
@@ -137,7 +140,8 @@ impl Material {
         ]
     }
 
-    /// Whether any light can leave the surface by itself (unlit ones do not count: they light nothing).
+    /// Whether any light can leave the surface by itself (unlit ones are excluded: they light
+    /// nothing).
     pub fn is_emissive(&self) -> bool {
         !self.unlit && self.emissive.iter().any(|&c| c > 0.0)
     }

@@ -7,15 +7,18 @@ use glam::{DAffine3, Vec2, Vec3, Vec4};
 pub struct Mesh {
     /// Name of the glTF mesh.
     pub name: String,
-    /// Object space, metres. May hold NaN or ∞ when the file does: such triangles are skipped, with a count, by the BVH.
+    /// Object space, metres. May hold NaN or ∞ when the file does: such triangles are skipped, with
+    /// a count, by the BVH.
     pub positions: Vec<Vec3>,
-    /// Three vertices a triangle, counter-clockwise seen from the front.
+    /// Three vertices per triangle, counter-clockwise from the front.
     pub triangles: Vec<[u32; 3]>,
     /// Unit vertex normals; `None` means flat.
     pub normals: Option<Vec<Vec3>>,
-    /// Unit tangents with the sign of the bitangent in w; present only where a normal map needs them.
+    /// Unit tangents with the sign of the bitangent in w; present only where a normal map needs
+    /// them.
     pub tangents: Option<Vec<Vec4>>,
-    /// UV sets, each as long as `positions`: `uvs[k]` is TEXCOORD_k. Only as many as the material uses.
+    /// UV sets, each as long as `positions`: `uvs[k]` is TEXCOORD_k. Only as many as the material
+    /// uses.
     pub uvs: Vec<Vec<Vec2>>,
     /// Linear vertex colours, multiplied with the base colour.
     pub colors: Option<Vec<Vec4>>,

@@ -10,10 +10,10 @@ pub struct Scene {
     pub name: String,
     /// Meshes, one a glTF primitive, stored once however often they are placed.
     pub meshes: Vec<Mesh>,
-    /// Where meshes stand.
+    /// Placed meshes.
     pub instances: Vec<Instance>,
-    /// The file's materials in use, then glTF's default material if a primitive needs it, then thin-walled twins of materials
-    /// with a volume for meshes that are not closed.
+    /// The file's materials in use, then glTF's default material if a primitive needs it, then
+    /// thin-walled copies of materials with a volume for meshes that are not closed.
     pub materials: Vec<Material>,
     /// Textures that materials refer to.
     pub textures: Vec<Texture>,
@@ -23,9 +23,10 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Punctual lights.
     pub lights: Vec<Light>,
-    /// Light from far away: the file's (EXT_lights_image_based), or set by the caller (`--env`, `--sky`).
+    /// Light from far away: the file's (EXT_lights_image_based), or set by the caller (`--env`,
+    /// `--sky`).
     pub environment: Option<Environment>,
-    /// Extensions that the file names and what became of them.
+    /// Extensions that the file names and how they were handled.
     pub extensions: Vec<ExtensionUse>,
     /// Everything that was not read as written, one sentence each; shown once, at the end.
     pub warnings: Vec<String>,

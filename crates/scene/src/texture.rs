@@ -26,7 +26,7 @@ pub struct Texture {
     pub filter: Filter,
 }
 
-/// What lies outside [0, 1].
+/// Addressing outside [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The image again.

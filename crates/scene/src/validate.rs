@@ -1,4 +1,4 @@
-//! Checks that a scene keeps the promises of its types, before anything relies on them.
+//! Checks the invariants of a scene, before anything relies on them.
 
 use rayon::prelude::*;
 
@@ -11,11 +11,11 @@ pub enum SceneError {
     /// An index beyond the end of the array that it refers to.
     #[error("the scene is not valid: {place}: index {index} of {count} {target}")]
     Index {
-        /// What holds the index, for example `mesh 3, triangle 7, corner 2`.
+        /// The owner of the index, for example `mesh 3, triangle 7, corner 2`.
         place: String,
         /// The index.
         index: usize,
-        /// What it refers to, for example `vertices`.
+        /// The kind of its target, for example `vertices`.
         target: &'static str,
         /// How many of these there are.
         count: usize,
@@ -44,7 +44,7 @@ pub enum SceneError {
     },
 }
 
-/// Triangles that a thread takes at once.
+/// Triangles per work item of a thread.
 const CHUNK: usize = 1 << 14;
 
 impl Scene {

@@ -23,7 +23,7 @@ impl Builder {
         self.scene.materials.len() - 1
     }
 
-    /// A mesh that stands where its vertices say; texture coordinates are kept when the material uses them.
+    /// A mesh placed by the identity; texture coordinates are kept when the material uses them.
     pub(crate) fn add(&mut self, name: &str, shape: Shape, material: usize) {
         let mesh = self.mesh(name, shape, material);
         self.place(mesh, DAffine3::IDENTITY);
@@ -57,7 +57,7 @@ impl Builder {
         TextureRef { texture: self.scene.textures.len() - 1, uv_set: 0, transform: None }
     }
 
-    /// A pinhole at `eye` that looks at `target`; `yfov` is the full vertical angle in degrees.
+    /// A pinhole camera at `eye` towards `target`; `yfov` is the full vertical angle in degrees.
     pub(crate) fn camera(&mut self, eye: DVec3, target: DVec3, yfov: f64, aspect: f64) {
         self.scene.cameras.push(Camera {
             name: "camera".to_owned(),

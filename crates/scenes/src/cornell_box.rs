@@ -1,14 +1,16 @@
 //! The Cornell box with its two blocks, by the published measurements.
 //!
 //! Geometry and camera: Cornell University Program of Computer Graphics, "Cornell Box Data"
-//! (<https://www.graphics.cornell.edu/online/box/data.html>), in millimetres there; here in metres, turned half a turn
-//! about +Y so that the camera looks along −Z, with x = 0 at the camera and z = 0 at the open front. Goral, Torrance,
-//! Greenberg, Battaile, "Modeling the Interaction of Light Between Diffuse Surfaces", SIGGRAPH 1984, began the series.
-//! The measured spectra are replaced by the RGB values in common use; the light is black and one-sided.
+//! (<https://www.graphics.cornell.edu/online/box/data.html>), in millimetres there; here in metres,
+//! turned half a turn about +Y so that the view direction is −Z, with x = 0 at the camera and z = 0
+//! at the open front. Goral, Torrance, Greenberg, Battaile, "Modeling the Interaction of Light
+//! Between Diffuse Surfaces", SIGGRAPH 1984, began the series. The measured spectra are replaced by
+//! the RGB values in common use; the light is black and one-sided.
 //!
-//! **Known in closed form.** The light's power, π·L·A per channel. Direct light on a floor point that sees the whole
-//! lamp: Lambert's polygon formula (see [`polygon_irradiance`](crate::polygon_irradiance)), at [`PROBE`] for one. The
-//! picture as a whole has no closed form.
+//! **Known in closed form.** The light's power, π·L·A per channel. Direct light on a floor point
+//! from which the whole lamp is visible: Lambert's polygon formula (see
+//! [`polygon_irradiance`](crate::polygon_irradiance)), at [`PROBE`] for one. The picture as a whole
+//! has no closed form.
 
 use glam::DVec3;
 use surelight_scene::Scene;
@@ -19,10 +21,10 @@ use crate::shapes::Shape;
 /// Radiance of the lamp, linear Rec. 709.
 pub const RADIANCE: [f32; 3] = [17.0, 12.0, 4.0];
 
-/// A point on the floor that sees the whole lamp past both blocks.
+/// A point on the floor from which the whole lamp is visible past both blocks.
 pub const PROBE: DVec3 = DVec3::new(-0.172, 0.0, -0.100);
 
-/// The lamp's corners, metres, counter-clockwise seen from below.
+/// The lamp's corners, metres, counter-clockwise from below.
 pub fn lamp() -> [DVec3; 4] {
     [point(213.0, 548.8, 227.0), point(343.0, 548.8, 227.0), point(343.0, 548.8, 332.0), point(213.0, 548.8, 332.0)]
 }
@@ -62,8 +64,8 @@ pub fn cornell_box() -> Scene {
     b.finish()
 }
 
-/// The ceiling with a hole that the lamp fills: in the published data both lie in one plane, and a lamp inside an
-/// uncut ceiling would be hit or missed by chance.
+/// The ceiling with a hole that the lamp fills: in the published data both lie in one plane, and a
+/// lamp inside an uncut ceiling would be hit or missed by chance.
 fn ceiling() -> Shape {
     let outer = [(0.0, 0.0), (556.0, 0.0), (556.0, 559.2), (0.0, 559.2)].map(|(x, z)| point(x, 548.8, z));
     let inner = lamp();

@@ -1,7 +1,8 @@
-//! One small file for each material extension: a plate or a slab, seen straight on, whose radiance is known.
+//! One small file for each material extension: a plate or a slab, viewed straight on, whose
+//! radiance is known.
 //!
-//! But for `anisotropy`, which brings a lamp of its own, all are meant for a white sky of radiance 1, so that every pixel of
-//! the picture has the mean that is stated.
+//! All but `anisotropy`, which has a lamp, are meant for a white sky of radiance 1, so that every
+//! pixel of the picture has the stated mean.
 
 use glam::{DAffine3, DVec3};
 use surelight_scene::{
@@ -14,9 +15,10 @@ use crate::shapes::Shape;
 
 /// A file of `assets/gltf/`.
 pub struct ExtensionFile {
-    /// Its name, what it shows, what is known of it, and its generator.
+    /// Its name, its subject, its closed form, and its generator.
     pub entry: Entry,
-    /// Radiance of every pixel on average, under a white sky; none where the file's sentence says something else.
+    /// Radiance of every pixel on average, under a white sky; none where the file's sentence says
+    /// something else.
     pub radiance: Option<[f64; 3]>,
 }
 
@@ -140,7 +142,7 @@ pub const FILES: &[ExtensionFile] = &[
     },
 ];
 
-/// What a slab of index 1.5 and one-way transmittance τ shows of a white sky, straight on.
+/// Radiance of a slab of index 1.5 and one-way transmittance τ under a white sky, straight on.
 const fn through(tau: f64) -> f64 {
     let r = 0.04;
     r + (1.0 - r) * (1.0 - r) * tau / (1.0 - r * tau)

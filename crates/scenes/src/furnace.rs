@@ -1,11 +1,12 @@
-//! A closed room in which everything shines with the same radiance, whatever it is made of: a picture in which nothing
-//! may be seen.
+//! A closed room in which everything has the same radiance, whatever its material: the picture is
+//! uniform.
 //!
-//! **Known in closed form.** Where every surface is Lambertian and emits Le = L·(1 − ρ), the radiance is L everywhere
-//! and in every direction, exactly: L = Le + ρ·L is the rendering equation of a closed room, so that
-//! L = Le/(1 − ρ) for each surface by itself. Here L = [`RADIANCE`], and room, ball and block have different ρ (each
-//! with 1 − ρ exact in f32). A trace of a contour means light lost or gained. With at most D scattering events a
-//! surface ρ among walls ρ shows L·(1 − ρ^(D+1)): the partial sum of the series ([`after_bounces`], [`bare_room`]).
+//! **Known in closed form.** Where every surface is Lambertian and emits Le = L·(1 − ρ), the
+//! radiance is L everywhere and in every direction, exactly: L = Le + ρ·L is the rendering equation
+//! of a closed room, so that L = Le/(1 − ρ) for each surface by itself. Here L = [`RADIANCE`], and
+//! room, ball and block have different ρ (each with 1 − ρ exact in f32). A trace of a contour means
+//! light lost or gained. With at most D scattering events a surface ρ among walls ρ shows L·(1 −
+//! ρ^(D+1)): the partial sum of the series ([`after_bounces`], [`bare_room`]).
 
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_scene::{Material, Scene};
@@ -41,7 +42,8 @@ pub fn bare_room() -> Scene {
     room().finish()
 }
 
-/// The radiance of the bare room with at most `bounces` scattering events: Le·Σ ρᵏ for k = 0 … `bounces`.
+/// The radiance of the bare room with at most `bounces` scattering events: Le·Σ ρᵏ for k = 0 …
+/// `bounces`.
 pub fn after_bounces(bounces: u32) -> [f64; 3] {
     let kept = 1.0 - f64::from(WALL_REFLECTANCE).powi(bounces as i32 + 1);
     RADIANCE.map(|l| f64::from(l) * kept)

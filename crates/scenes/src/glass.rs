@@ -1,12 +1,13 @@
 //! A glass ball, a lens and a tinted slab on a diffuse floor under a small lamp: caustics.
 //!
-//! The caustics are light that reaches a diffuse floor through smooth glass: light sampling cannot connect them, BSDF
-//! sampling finds the small lamp by chance.
+//! The caustics are light that reaches a diffuse floor through smooth glass: light sampling cannot
+//! connect them, BSDF sampling finds the small lamp by chance.
 //!
-//! **Known in closed form.** n = [`IOR`]. The ball focuses paraxial light n·R/(2(n − 1)) behind its middle
-//! ([`ball_focus`]: R/2 behind its surface); the lens has R/(2(n − 1)) as its focal length, but for its thickness. At
-//! normal incidence each face reflects r = ((n − 1)/(n + 1))² = 0.04, and the slab with one-way absorption τ transmits
-//! (1 − r)²τ/(1 − r²τ²): the sum over internal reflections (Born and Wolf, Principles of Optics, 1.6).
+//! **Known in closed form.** n = [`IOR`]. The ball focuses paraxial light n·R/(2(n − 1)) behind its
+//! middle ([`ball_focus`]: R/2 behind its surface); the lens has R/(2(n − 1)) as its focal length,
+//! but for its thickness. At normal incidence each face reflects r = ((n − 1)/(n + 1))² = 0.04, and
+//! the slab with one-way absorption τ transmits (1 − r)²τ/(1 − r²τ²): the sum over internal
+//! reflections (Born and Wolf, Principles of Optics, 1.6).
 
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_scene::{Scene, Volume};
@@ -38,7 +39,7 @@ pub fn glass() -> Scene {
     let fill = b.material(emitter("panel", [1.7, 2.0, 2.5]));
 
     b.add("floor", Shape::cyclorama(6.0, 4.0, 2.4, 1.2, 5.0), floor);
-    // The glass stands a hair above the floor: coincident surfaces would be a matter of chance.
+    // The glass is slightly above the floor: coincident surfaces would be a matter of chance.
     let gap = 1e-3;
     let at = DVec3::new(-0.68, BALL_RADIUS + gap, 0.0);
     b.add("ball", Shape::icosphere(4).placed(BALL_RADIUS, at), ball);
@@ -58,7 +59,7 @@ pub fn glass() -> Scene {
     b.add("lamp", Shape::panel(lamp, DVec3::new(0.0, 0.2, 0.1), 0.28, 0.28), key);
     b.add("panel", Shape::panel(DVec3::new(3.4, 2.6, 2.4), DVec3::new(0.0, 0.5, 0.0), 1.0, 1.2), fill);
 
-    // Something to be seen through the glass.
+    // An object behind the glass.
     let bars: [(f64, f64, [f32; 3]); 6] = [
         (-1.5, 0.62, [0.62, 0.12, 0.08]),
         (-1.05, 0.95, [0.75, 0.42, 0.08]),

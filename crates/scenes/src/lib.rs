@@ -1,8 +1,8 @@
-//! Procedural scenes and a GLB encoder: what `assets/`, tests and benchmarks are made from.
+//! Procedural scenes and a GLB encoder, for `assets/`, tests and benchmarks.
 //!
-//! [`GALLERY`] lists the scenes of `assets/`, [`extensions`] those of `assets/gltf/`, [`torture`] the
-//! cases of `docs/testing.md`; [`probes`] and [`shapes`] are for tests that build scenes of their own.
-//! [`glb::encode`] turns any [`Scene`] into the bytes of a file.
+//! [`GALLERY`] lists the scenes of `assets/`, [`extensions`] those of `assets/gltf/`, [`torture`]
+//! the cases of `docs/testing.md`; [`probes`] and [`shapes`] are for tests that build their own
+//! scenes. [`glb::encode`] turns any [`Scene`] into the bytes of a file.
 //!
 //! ```
 //! use std::path::Path;
@@ -16,11 +16,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Each module says what is known about its scene in closed form, and where that comes from; the same sentence travels
-//! in the file. Positions are computed in f64 and rounded once, so that the files come out alike everywhere.
+//! Each module states the closed form of its scene and its source; the file holds the same
+//! sentence. Positions are computed in f64 and rounded once, so that the files are the same
+//! everywhere.
 //!
-//! Conventions: metres, +Y up, fronts counter-clockwise. Pure emitters are black and one-sided; other opaque surfaces
-//! are two-sided. Pure Lambert is a dielectric with `specular` 0.
+//! Conventions: metres, +Y up, fronts counter-clockwise. Pure emitters are black and one-sided;
+//! other opaque surfaces are two-sided. Pure Lambert is a dielectric with `specular` 0.
 
 mod builder;
 pub mod cornell_box;
@@ -47,9 +48,9 @@ use surelight_scene::Scene;
 pub struct Entry {
     /// Stem of the file in `assets/`.
     pub name: &'static str,
-    /// What it shows, one sentence.
+    /// Its subject, one sentence.
     pub shows: &'static str,
-    /// What is known about it in closed form.
+    /// Its closed form.
     pub known: &'static str,
     /// Makes it.
     pub build: fn() -> Scene,
@@ -125,12 +126,12 @@ pub const GALLERY: &[Entry] = &[
     },
 ];
 
-/// Irradiance at `point` with unit normal `normal` from a polygon of uniform radiance 1, wholly above the horizon and
-/// facing the point; W/m² for a radiance in W/(m²·sr).
+/// Irradiance at `point` with unit normal `normal` from a polygon of uniform radiance 1, wholly
+/// above the horizon and facing the point; W/m² for a radiance in W/(m²·sr).
 ///
-/// Lambert's formula (Photometria, 1760; Arvo, "Analytic Methods for Simulated Light Transport", 1995, section 3):
-/// E = ½·|Σ Θᵢ Γᵢ·n| over the edges, Θᵢ the angle that an edge subtends and Γᵢ the unit normal of its plane through
-/// the point.
+/// Lambert's formula (Photometria, 1760; Arvo, "Analytic Methods for Simulated Light Transport",
+/// 1995, section 3): E = ½·|Σ Θᵢ Γᵢ·n| over the edges, Θᵢ the angle that an edge subtends and Γᵢ
+/// the unit normal of its plane through the point.
 pub fn polygon_irradiance(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
     let sum: f64 = (0..polygon.len())
         .map(|i| {

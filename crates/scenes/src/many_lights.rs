@@ -1,9 +1,9 @@
-//! A valley with a lake at night under 2,000 small glowing triangles: hundreds of paper lanterns, a dozen of which
-//! dominate.
+//! A valley with a lake at night under 2,000 small glowing triangles: hundreds of paper lanterns, a
+//! dozen of which dominate.
 //!
-//! **Known in closed form.** Each lantern is convex and of uniform radiance, so its power is π·L·A; [`powers`] lists
-//! them. Light adds: a picture of all lanterns is the sum of the pictures with one of them lit
-//! (`linearity` in `docs/testing.md`). The picture itself has no closed form.
+//! **Known in closed form.** Each lantern is convex and of uniform radiance, so its power is π·L·A;
+//! [`powers`] lists them. Light adds: a picture of all lanterns is the sum of the pictures with one
+//! of them lit (`linearity` in `docs/testing.md`). The picture itself has no closed form.
 
 use std::f64::consts::PI;
 
@@ -69,7 +69,8 @@ pub fn many_lights() -> Scene {
     b.finish()
 }
 
-/// Power of each group of lanterns per channel: the eight colours of small ones, then each large one.
+/// Power of each group of lanterns per channel: the eight colours of small ones, then each large
+/// one.
 pub fn powers() -> Vec<[f64; 3]> {
     let power = |radiance: [f32; 3], area: f64| radiance.map(|l| PI * f64::from(l) * area);
     let small = small_lanterns();
@@ -79,7 +80,8 @@ pub fn powers() -> Vec<[f64; 3]> {
     all
 }
 
-/// Height of the ground over (x, z), metres: a valley along z, hills towards its sides, a ridge at its end.
+/// Height of the ground over (x, z), metres: a valley along z, hills towards its sides, a ridge at
+/// its end.
 fn height(x: f64, z: f64) -> f64 {
     let winding = x - 1.6 * (z * 0.22).sin();
     let sides = 0.055 * winding * winding;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use surelight_scene::Image;
 
-/// An image from a function of (u, v) at texel centres, v from the top; values in [0, 1] as they are to be stored.
+/// An image from a function of (u, v) at texel centres, v from the top; values in [0, 1] as stored.
 pub(crate) fn paint(name: &str, width: u32, height: u32, texel: impl Fn(f64, f64) -> [f64; 4]) -> Image {
     let mut rgba = Vec::with_capacity(width as usize * height as usize * 4);
     for y in 0..height {

@@ -10,12 +10,12 @@ use crate::shapes::Shape;
 
 /// A diffuse ball in a uniform environment of radiance 1.
 ///
-/// Convex, so that nothing is reflected twice: every pixel that sees the ball shows ρ, every other one 1, and under
-/// cosine sampling every single sample does.
+/// Convex, so that nothing is reflected twice: every pixel of the ball is ρ, every other one 1, and
+/// under cosine sampling so is every single sample.
 pub fn convex_furnace(reflectance: [f32; 3], subdivisions: u32) -> Scene {
     let mut b = Builder::new("convex-furnace");
     let material = b.material(lambert("ball", reflectance));
-    // Faceted: with interpolated normals a tessellated ball is not convex as the shading sees it.
+    // Faceted: with interpolated normals a tessellated ball is not convex to shading.
     b.add("ball", Shape::icosphere(subdivisions).faceted(), material);
     b.camera(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, 40.0, 1.0);
     let mut scene = b.finish();
@@ -25,8 +25,8 @@ pub fn convex_furnace(reflectance: [f32; 3], subdivisions: u32) -> Scene {
 
 /// A floor triangle under a lamp triangle.
 ///
-/// Only the floor reflects and the lamp is black: a floor point shows ρ/π·L·E with E from [`polygon_irradiance`];
-/// [`two_triangles_radiance`] gives it.
+/// Only the floor reflects and the lamp is black: a floor point shows ρ/π·L·E with E from
+/// [`polygon_irradiance`]; [`two_triangles_radiance`] gives it.
 pub fn two_triangles() -> Scene {
     let mut b = Builder::new("two-triangles");
     let floor = b.material(lambert("floor", [0.5, 0.25, 0.75]));
@@ -48,11 +48,13 @@ pub fn two_triangles_radiance(x: f64, z: f64) -> [f64; 3] {
     [0.5 * 4.0, 0.25 * 8.0, 0.75 * 2.0].map(|k| k / std::f64::consts::PI * irradiance)
 }
 
-/// A slab of glass, `thickness` metres, between two lamps, seen at right angles by an orthographic camera.
+/// A slab of glass, `thickness` metres, between two lamps, at right angles to an orthographic
+/// camera.
 ///
-/// The lamp behind the slab shines (1, 0, 1), the one behind the camera (0, 1, 1): red shows the slab's
-/// transmittance, green its reflectance, blue their sum. White light is dimmed to `absorption` (one factor for all
-/// channels; 1 for clear glass) on its way through. [`slab_answer`] gives the values.
+/// The lamp behind the slab shines (1, 0, 1), the one behind the camera (0, 1, 1): red shows the
+/// slab's transmittance, green its reflectance, blue their sum. White light is dimmed to
+/// `absorption` (one factor for all channels; 1 for clear glass) on its way through.
+/// [`slab_answer`] gives the values.
 pub fn slab(ior: f32, thickness: f64, absorption: f32) -> Scene {
     let mut b = Builder::new("slab");
     let volume = Volume {
@@ -72,18 +74,19 @@ pub fn slab(ior: f32, thickness: f64, absorption: f32) -> Scene {
     scene
 }
 
-/// Transmittance and reflectance of [`slab`], all internal reflections summed: with r = ((n − 1)/(n + 1))² and one-way
-/// absorption τ, T = (1 − r)²τ/(1 − r²τ²) and R = r + r(1 − r)²τ²/(1 − r²τ²); for τ = 1, R = 2r/(1 + r).
+/// Transmittance and reflectance of [`slab`], all internal reflections summed: with r = ((n −
+/// 1)/(n + 1))² and one-way absorption τ, T = (1 − r)²τ/(1 − r²τ²) and R = r + r(1 − r)²τ²/(1 −
+/// r²τ²); for τ = 1, R = 2r/(1 + r).
 pub fn slab_answer(ior: f64, absorption: f64) -> (f64, f64) {
     let r = ((ior - 1.0) / (ior + 1.0)).powi(2);
     let series = (1.0 - r).powi(2) / (1.0 - (r * absorption).powi(2));
     (series * absorption, r + series * r * absorption * absorption)
 }
 
-/// Two facing mirrors with a lamp of radiance 1 at the end, seen by parallel rays at 45°.
+/// Two facing mirrors with a lamp of radiance 1 at the end, under parallel camera rays at 45°.
 ///
-/// Every ray is reflected `bounces` times, always at 45°, before it reaches the lamp: the picture shows Fᵏ
-/// ([`mirror_corridor_radiance`]).
+/// Every ray is reflected `bounces` times, always at 45°, before it reaches the lamp: the picture
+/// shows Fᵏ ([`mirror_corridor_radiance`]).
 pub fn mirror_corridor(bounces: u32, f0: [f32; 3]) -> Scene {
     let mut b = Builder::new("mirror-corridor");
     let mirror = b.material(metal("mirror", f0, 0.0));
@@ -99,21 +102,22 @@ pub fn mirror_corridor(bounces: u32, f0: [f32; 3]) -> Scene {
     }
     b.add("lamp", Shape::parallelogram(DVec3::Z * -length, DVec3::X * 0.5, DVec3::Y), light);
     let mut scene = b.finish();
-    // Half a step from a wall at first, so that it strikes a mirror every metre and the lamp in its middle.
+    // Half a step from a wall at first, so that it strikes a mirror every metre and the lamp in its
+    // middle.
     let turn = DMat3::from_quat(DQuat::from_rotation_y(-std::f64::consts::FRAC_PI_4));
     let eye = if bounces > 0 { DVec3::ZERO } else { DVec3::new(-0.1, 0.0, 0.1) };
     scene.cameras.push(orthographic(DAffine3::from_mat3_translation(turn, eye), 0.01));
     scene
 }
 
-/// What [`mirror_corridor`] shows, by Schlick's F at 45°.
+/// Radiance of [`mirror_corridor`], by Schlick's F at 45°.
 pub fn mirror_corridor_radiance(bounces: u32, f0: [f64; 3]) -> [f64; 3] {
     let fifth = (1.0 - std::f64::consts::FRAC_1_SQRT_2).powi(5);
     f0.map(|f| (f + (1.0 - f) * fifth).powi(bounces as i32))
 }
 
-/// `n` random triangles in the cube [−1, 1]³, of every orientation and of sizes over three decades, in four diffuse
-/// colours, under a uniform environment. For traversal against brute force.
+/// `n` random triangles in the cube [−1, 1]³, of every orientation and of sizes over three decades,
+/// in four diffuse colours, under a uniform environment. For traversal against brute force.
 pub fn soup(n: usize, seed: u64) -> Scene {
     let mut b = Builder::new("soup");
     let mut random = SplitMix::new(seed);
@@ -139,7 +143,8 @@ pub fn soup(n: usize, seed: u64) -> Scene {
     scene
 }
 
-/// A rough terrain of 2·`n`² triangles under a uniform environment, `n` < 65,535: for scaling, up to many millions.
+/// A rough terrain of 2·`n`² triangles under a uniform environment, `n` < 65,535: for scaling, up
+/// to many millions.
 pub fn terrain(n: u32) -> Scene {
     let mut b = Builder::new("terrain");
     let ground = b.material(lambert("ground", [0.5, 0.45, 0.4]));

@@ -1,7 +1,8 @@
 //! A square lamp over a floor: direct light with a closed form in every pixel.
 //!
-//! **Known in closed form.** The lamp is black and the floor flat, so that nothing is reflected twice: a floor point
-//! before the lamp shows ρ/π · E with Lambert's polygon formula for E ([`radiance`]; Lambert, Photometria, 1760), at any depth ≥ 1.
+//! **Known in closed form.** The lamp is black and the floor flat, so that nothing is reflected
+//! twice: a floor point before the lamp shows ρ/π · E with Lambert's polygon formula for E
+//! ([`radiance`]; Lambert, Photometria, 1760), at any depth ≥ 1.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ pub const LAMP_RADIANCE: [f32; 3] = [6.0, 5.0, 4.0];
 /// Reflectance of the floor.
 pub const FLOOR_REFLECTANCE: [f32; 3] = [0.35, 0.5, 0.7];
 
-/// The lamp's corners, counter-clockwise seen from its front. It leans over the floor.
+/// The lamp's corners, counter-clockwise from its front. It leans over the floor.
 pub fn lamp() -> [DVec3; 4] {
     [(-0.8, 0.1, -0.7), (0.8, 0.1, -0.7), (0.8, 0.9, -0.1), (-0.8, 0.9, -0.1)].map(|(x, y, z)| DVec3::new(x, y, z))
 }

@@ -4,7 +4,8 @@
 
 use glam::DVec3;
 
-/// The SplitMix64 generator (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
+/// The SplitMix64 generator (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators",
+/// OOPSLA 2014).
 pub(crate) struct SplitMix(u64);
 
 impl SplitMix {

@@ -1,4 +1,5 @@
-//! Triangle shapes, put together in f64 and rounded to f32 once, so that they come out alike on every platform.
+//! Triangle shapes, put together in f64 and rounded to f32 once, so that they come out alike on
+//! every platform.
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -23,8 +24,9 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A convex quadrilateral by its corners, counter-clockwise from the front, beginning at the lower left:
-    /// two triangles, flat, with (u, v) from (0, 1) at the first corner to (1, 0) at the third.
+    /// A convex quadrilateral by its corners, counter-clockwise from the front, beginning at the
+    /// lower left: two triangles, flat, with (u, v) from (0, 1) at the first corner to (1, 0) at
+    /// the third.
     pub fn quad(corners: [DVec3; 4]) -> Self {
         let tangent = (corners[1] - corners[0]).normalize();
         Self {
@@ -46,8 +48,8 @@ impl Shape {
         ])
     }
 
-    /// A rectangle with level upper and lower edges about `center`, its front towards `target` (which must not lie
-    /// straight above or below).
+    /// A rectangle with level upper and lower edges about `center`, its front towards `target`
+    /// (which must not lie straight above or below).
     pub fn panel(center: DVec3, target: DVec3, half_width: f64, half_height: f64) -> Self {
         let normal = (target - center).normalize();
         let side = DVec3::Y.cross(normal).normalize();
@@ -71,8 +73,8 @@ impl Shape {
         shape
     }
 
-    /// A block with a flat top and a flat bottom, by the four corners of its bottom (counter-clockwise seen from
-    /// above) and its height: 12 flat triangles, front outside.
+    /// A block with a flat top and a flat bottom, by the four corners of its bottom
+    /// (counter-clockwise from above) and its height: 12 flat triangles, front outside.
     pub fn prism(bottom: [DVec3; 4], height: f64) -> Self {
         let top = bottom.map(|p| p + DVec3::Y * height);
         let mut shape = Self::quad(top);
@@ -84,8 +86,8 @@ impl Shape {
         shape
     }
 
-    /// The unit sphere from an icosahedron, each triangle cut into four `subdivisions` times: 20·4^k triangles whose
-    /// vertices lie on the sphere, smooth normals, front outside.
+    /// The unit sphere from an icosahedron, each triangle cut into four `subdivisions` times:
+    /// 20·4^k triangles whose vertices lie on the sphere, smooth normals, front outside.
     pub fn icosphere(subdivisions: u32) -> Self {
         let g = (1.0 + 5f64.sqrt()) / 2.0;
         let mut points: Vec<DVec3> = Vec::new();
@@ -126,8 +128,8 @@ impl Shape {
         Self { normals: points.clone(), positions: points, triangles, ..Self::default() }
     }
 
-    /// The unit sphere by longitude and latitude, with (u, v): u once around from −X over +Z... to −X, v from the
-    /// north pole (+Y) down. Front outside, smooth normals, tangents.
+    /// The unit sphere by longitude and latitude, with (u, v): u once around from −X over +Z... to
+    /// −X, v from the north pole (+Y) down. Front outside, smooth normals, tangents.
     pub fn uv_sphere(slices: u32, stacks: u32) -> Self {
         let mut shape = Self::default();
         for j in 0..=stacks {
@@ -156,7 +158,8 @@ impl Shape {
         shape
     }
 
-    /// The unit disc in the plane y = 0, front towards +Y, as a fan of `segments` triangles: a regular polygon.
+    /// The unit disc in the plane y = 0, front towards +Y, as a fan of `segments` triangles: a
+    /// regular polygon.
     pub fn disc(segments: u32) -> Self {
         let mut shape = Self { positions: vec![DVec3::ZERO], ..Self::default() };
         for i in 0..segments {
@@ -167,8 +170,9 @@ impl Shape {
         shape
     }
 
-    /// A floor at y = 0 that curves up into a wall, as photographers use it: from z = `front` to z = −`back`, the bend
-    /// of radius `bend`, the wall up to `height`, from x = −`half_width` to `half_width`. Front above and before it.
+    /// A floor at y = 0 that curves up into a wall, as photographers use it: from z = `front` to
+    /// z = −`back`, the bend of radius `bend`, the wall up to `height`, from x = −`half_width` to
+    /// `half_width`. Front above and before it.
     pub fn cyclorama(half_width: f64, front: f64, back: f64, bend: f64, height: f64) -> Self {
         let steps = 24;
         let mut profile = vec![(DVec3::new(0.0, 0.0, front), DVec3::Y)];
@@ -192,8 +196,9 @@ impl Shape {
         shape
     }
 
-    /// A symmetric biconvex lens about the y axis: two spherical caps of curvature radius `curvature` that meet in a
-    /// sharp rim of radius `aperture`. Closed, front outside, normals of the spheres.
+    /// A symmetric biconvex lens about the y axis: two spherical caps of curvature radius
+    /// `curvature` that meet in a sharp rim of radius `aperture`. Closed, front outside, normals of
+    /// the spheres.
     pub fn lens(curvature: f64, aperture: f64, rings: u32, segments: u32) -> Self {
         let edge = (aperture / curvature).asin();
         let depth = curvature * edge.cos();
@@ -221,7 +226,7 @@ impl Shape {
                 }
             }
         }
-        // The rim lies in y = 0 exactly, so that the mirrored cap meets it without a gap.
+        // The rim lies in y = 0 exactly, so that the mirrored cap joins it without a gap.
         let rim = cap.positions.len() - segments as usize;
         cap.positions[rim..].iter_mut().for_each(|p| p.y = 0.0);
         let below = cap.clone().transformed(&DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0)));
@@ -229,8 +234,8 @@ impl Shape {
         cap
     }
 
-    /// A height field over [−1, 1]² in x and z: 2·`n`² triangles, front towards +Y. `smooth` gives normals, by central
-    /// differences of `height` over half a cell to each side.
+    /// A height field over [−1, 1]² in x and z: 2·`n`² triangles, front towards +Y. `smooth` gives
+    /// normals, by central differences of `height` over half a cell to each side.
     pub fn height_field(n: u32, smooth: bool, height: impl Fn(f64, f64) -> f64 + Sync) -> Self {
         let step = 2.0 / f64::from(n);
         let coordinate = |i: u32| -1.0 + step * f64::from(i);
@@ -325,11 +330,12 @@ impl Shape {
             .sum()
     }
 
-    /// Rounded to f32, with tangents only when asked for (materials with a normal map need them).
+    /// Rounded to f32, with tangents on request only (materials with a normal map need them).
     pub fn into_mesh(mut self, name: &str, material: usize, tangents: bool) -> Mesh {
         let count = self.positions.len();
         if tangents && self.normals.is_empty() {
-            // glTF heeds tangents only beside normals. Flat shapes with tangents share no vertex between faces.
+            // glTF heeds tangents only beside normals. Flat shapes with tangents share no vertex
+            // between faces.
             self.normals = vec![DVec3::ZERO; count];
             for t in &self.triangles {
                 let [a, b, c] = t.map(|i| self.positions[i as usize]);

@@ -1,11 +1,13 @@
 //! A chart of balls: metalness upwards, roughness to the right.
 //!
-//! Meant to be seen under [`sky`] (`--env assets/sky.exr`); a soft box of its own lights it when rendered alone.
+//! Meant for [`sky`] (`--env assets/sky.exr`); its own soft box lights it when rendered alone.
 //!
-//! **Known in closed form.** A ball of metalness 1 and roughness 0 mirrors: it shows the radiance in the mirrored
-//! direction times Schlick's F(θ) = F0 + (1 − F0)(1 − cosθ)⁵, F0 = [`BASE_COLOR`]. Under a uniform environment of
-//! radiance 1 a metal of roughness r shows the directional albedo of GGX with α = r² (by quadrature), since no ball sees
-//! another one in the limit of wide spacing. [`sky_irradiance`] is what a horizontal floor receives from the open sky.
+//! **Known in closed form.** A ball of metalness 1 and roughness 0 is a mirror: it reflects the
+//! radiance in the mirrored direction times Schlick's F(θ) = F0 + (1 − F0)(1 − cosθ)⁵, F0 =
+//! [`BASE_COLOR`]. Under a uniform environment of radiance 1 a metal of roughness r has the
+//! directional albedo of GGX with α = r² (by quadrature) as its radiance, since balls do not
+//! reflect one another in the limit of wide spacing. [`sky_irradiance`] is the irradiance of a
+//! horizontal floor under the open sky.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +27,7 @@ pub const COLUMNS: usize = 9;
 /// Metalness steps, 0 … 1 from the bottom row to the top one.
 pub const ROWS: usize = 5;
 
-/// What is known about [`sky`] in closed form.
+/// The closed form of [`sky`].
 pub const SKY_KNOWN: &str = "A horizontal floor under the open sky receives Σ L·cosθ·ΔΩ over the upper texels: \
                              (0.986, 1.077, 1.536).";
 
@@ -66,7 +68,8 @@ pub fn spheres() -> Scene {
     b.finish()
 }
 
-/// A clear late-afternoon sky, 128 × 64: pale horizon, blue zenith, a soft sun to the upper left, dim ground.
+/// A clear late-afternoon sky, 128 × 64: pale horizon, blue zenith, a soft sun to the upper left,
+/// dim ground.
 pub fn sky() -> EnvironmentMap {
     let (width, height) = (128u32, 64u32);
     let mut texels = Vec::with_capacity(width as usize * height as usize);
@@ -79,7 +82,8 @@ pub fn sky() -> EnvironmentMap {
     EnvironmentMap { width, height, texels }
 }
 
-/// Irradiance of the map on a horizontal surface that faces up: Σ L cosθ ΔΩ over the texels of the upper half.
+/// Irradiance of the map on a horizontal surface that faces up: Σ L cosθ ΔΩ over the texels of the
+/// upper half.
 pub fn sky_irradiance(map: &EnvironmentMap) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for row in 0..map.height / 2 {

@@ -1,4 +1,4 @@
-//! What every generated scene must be, and the closed forms that can be checked without rendering.
+//! Invariants of every generated scene, and the closed forms that can be checked without rendering.
 
 use std::f64::consts::PI;
 
@@ -147,7 +147,7 @@ fn cornell_box_faces_the_camera() {
             assert!(normal.dot(towards) > 0.0, "{} is turned over", mesh.name);
         }
     }
-    // Red on the left of the picture: the camera looks along −Z with +X to the right.
+    // Red on the left of the picture: the view direction is −Z with +X to the right.
     let left = &scene.meshes.iter().find(|m| m.name == "left wall").unwrap().positions;
     assert!(left.iter().all(|p| p.x < 0.0));
     assert!((scene.cameras[0].to_world.matrix3.z_axis - DVec3::Z).length() < 1e-12);
@@ -187,7 +187,8 @@ fn lens_is_closed_and_has_the_volume_of_two_caps() {
     let caps = 2.0 * PI * h * h * (3.0 * curvature - h) / 3.0;
     let lens = Shape::lens(curvature, aperture, 32, 256);
     assert!((volume(&lens) / caps - 1.0).abs() < 1e-3);
-    // Closed: every directed edge has its opposite, by position (the two caps have vertices of their own).
+    // Closed: every directed edge has its opposite, by position (the two caps have separate
+    // vertices).
     let key = |i: u32| lens.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
     let edges: std::collections::HashSet<_> =
         lens.triangles.iter().flat_map(|&[a, b, c]| [(key(a), key(b)), (key(b), key(c)), (key(c), key(a))]).collect();
@@ -220,7 +221,7 @@ fn veach_lights_have_equal_power_and_plates_mirror_them() {
             let middle = (a + c) / 2.0;
             let to_eye = (eye - middle).normalize();
             let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;
-            // The mirrored ray meets the row of lights.
+            // The mirrored ray hits the row of lights.
             let row = DVec3::new(0.0, 2.7, -0.6);
             assert!(mirrored.cross((row - middle).normalize()).length() < 1e-5, "{}", mesh.name);
             assert!(normal.dot(to_eye) > 0.0);
@@ -322,7 +323,7 @@ fn follow(scene: &Scene, mut origin: DVec3, mut direction: DVec3) -> Option<u32>
 }
 
 #[test]
-fn corridor_reflects_as_often_as_asked() {
+fn corridor_reflects_as_often_as_requested() {
     for k in [0, 1, 2, 3, 10] {
         let scene = probes::mirror_corridor(k, [0.9; 3]);
         let camera = &scene.cameras[0].to_world;

@@ -1,12 +1,14 @@
-//! A corner of a room for the texture slots: base colour, metallic-roughness, normal map, alpha mask.
+//! A corner of a room for the texture slots: base colour, metallic-roughness, normal map, alpha
+//! mask.
 //!
-//! The floor is a nearest-filtered checker repeated by KHR_texture_transform; the ball is copper with a patina, one
-//! noise deciding base colour, metalness and roughness together; the wall is tiled by a normal map; the screen is a
-//! lattice cut out by alpha.
+//! The floor is a nearest-filtered checker repeated by KHR_texture_transform; the ball is copper
+//! with a patina, one noise deciding base colour, metalness and roughness together; the wall is
+//! tiled by a normal map; the screen is a lattice cut out by alpha.
 //!
-//! **Known in closed form.** Texel counts under nearest filtering: the checker's squares are equal, so that the floor's
-//! mean reflectance is the mean of its two colours ([`FLOOR_COLORS`], as far as 8-bit sRGB holds them); the screen lets
-//! through exactly the share of its texels below the cutoff ([`screen_openness`]). The picture has no closed form.
+//! **Known in closed form.** Texel counts under nearest filtering: the checker's squares are equal,
+//! so that the floor's mean reflectance is the mean of its two colours ([`FLOOR_COLORS`], as far as
+//! 8-bit sRGB holds them); the screen lets through exactly the share of its texels below the cutoff
+//! ([`screen_openness`]). The picture has no closed form.
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2};
 use surelight_scene::{AlphaMode, Filter, Image, Material, NormalTexture, Scene};
@@ -105,7 +107,8 @@ fn tile_normals() -> Image {
     })
 }
 
-/// How far copper has turned green at a point of the map, 0 … 1; evaluated on the sphere, so that no seam shows.
+/// How far copper has turned green at a point of the map, 0 … 1; evaluated on the sphere, so that
+/// no seam shows.
 fn patina_cover(u: f64, v: f64) -> f64 {
     let (sin_phi, cos_phi) = (u * std::f64::consts::TAU).sin_cos();
     let (sin_theta, cos_theta) = (v * std::f64::consts::PI).sin_cos();

@@ -1,13 +1,16 @@
-//! Four glossy plates under four spherical lights: neither light sampling nor BSDF sampling alone renders it well.
+//! Four glossy plates under four spherical lights: neither light sampling nor BSDF sampling alone
+//! renders it well.
 //!
-//! After Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995, figure 2:
-//! the plates grow rougher towards the viewer, the lights grow from a point to a ball, all of equal power. Measurements
-//! are this project's own: each plate is turned so that the camera sees the row of lights mirrored in its middle.
+//! After Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering",
+//! SIGGRAPH 1995, figure 2: the plates grow rougher towards the viewer, the lights grow from a
+//! point to a ball, all of equal power. Dimensions are this project's: each plate is turned so that
+//! the row of lights is mirrored in its middle.
 //!
-//! **Known in closed form.** Each light is a convex polyhedron of uniform radiance L and area A, so its power is
-//! Φ = π·L·A; L is chosen so that its luminance is [`POWER`]. A sphere of power Φ, wholly above the horizon at distance
-//! d, gives the irradiance Φ·cosθ/(4π·d²) whatever its radius; a convex polyhedron does so in the mean over directions
-//! (Cauchy: its mean projection is A/4), and these to within 1 % in each.
+//! **Known in closed form.** Each light is a convex polyhedron of uniform radiance L and area A, so
+//! its power is Φ = π·L·A; L is chosen so that its luminance is [`POWER`]. A sphere of power Φ,
+//! wholly above the horizon at distance d, gives the irradiance Φ·cosθ/(4π·d²) whatever its radius;
+//! a convex polyhedron does so in the mean over directions (Cauchy: its mean projection is A/4),
+//! and these to within 1 % in each.
 
 use std::f64::consts::PI;
 

@@ -1,9 +1,11 @@
 //! A sunlit room behind a window pane.
 //!
-//! Sun and sky reach the room through a single pane of smooth thin glass alone. Light sampling goes straight through it.
+//! Sun and sky reach the room through a single pane of smooth thin glass alone. Light sampling goes
+//! straight through it.
 //!
-//! **Known in closed form.** A pane of index 1.5 transmits 1 − F(cos θ) with Fresnel's F, 0.96 at normal incidence: direct sunlight
-//! in the room is that of the open window times 1 − F at [`SUN_COSINE`].
+//! **Known in closed form.** A pane of index 1.5 transmits 1 − F(cos θ) with Fresnel's F, 0.96 at
+//! normal incidence: direct sunlight in the room is that of the open window times 1 − F at
+//! [`SUN_COSINE`].
 
 use glam::DVec3;
 use surelight_scene::{Light, LightKind, Material, Scene};
@@ -11,7 +13,8 @@ use surelight_scene::{Light, LightKind, Material, Scene};
 use crate::builder::{Builder, emitter, lambert};
 use crate::shapes::Shape;
 
-/// Cosine of the angle at which sunlight meets the pane: the sun shines along (−12, −9, −4)/√241.
+/// Cosine of the angle of incidence of sunlight on the pane: the sun shines along (−12, −9,
+/// −4)/√241.
 pub const SUN_COSINE: f64 = 0.772_987_951_7;
 
 /// The scene.
@@ -100,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sun_meets_the_pane_at_its_cosine() {
+    fn the_sun_reaches_the_pane_at_its_cosine() {
         let LightKind::Directional { direction } = window().lights[0].kind else { panic!("the sun is far away") };
         assert!((direction.x + SUN_COSINE).abs() < 1e-9, "{direction}");
     }

@@ -1,4 +1,4 @@
-//! The command line as clap sees it: the commands, and what is wrong with a combination of options.
+//! The command line for clap: the commands, and errors in combinations of options.
 
 use std::ffi::OsString;
 
@@ -42,7 +42,7 @@ struct Cli {
     command: Option<Command>,
 }
 
-/// What the words of a command line ask for. `surelight SCENE` is `surelight render SCENE`.
+/// Parses the words of a command line. `surelight SCENE` is `surelight render SCENE`.
 pub(crate) fn parse<I, T>(words: I) -> Result<Command, clap::Error>
 where
     I: IntoIterator<Item = T>,
@@ -53,7 +53,7 @@ where
     if words.iter().any(|word| word == "-h") {
         cli = with_short_help(cli);
     }
-    let matches = cli.try_get_matches_from_mut(words).map_err(|error| clearer(error, &mut cli))?;
+    let matches = cli.try_get_matches_from_mut(words).map_err(|error| clarify(error, &mut cli))?;
     let mut command = match Cli::from_arg_matches(&matches)?.command {
         Some(command) => command,
         None => Command::Render(Box::new(RenderArgs::from_arg_matches(&matches)?)),
@@ -126,8 +126,8 @@ fn definition() -> clap::Command {
         .allow_negative_numbers(true)
 }
 
-/// clap takes a second scene for a command in the wrong place.
-fn clearer(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
+/// clap mistakes a second scene for a command in the wrong place.
+fn clarify(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
     match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
         (ErrorKind::ArgumentConflict, Some(ContextValue::String(word))) if cli.find_subcommand(word).is_none() => {
             let message = format!("unexpected argument '{word}': one scene at a time, and a command comes first");
@@ -137,12 +137,12 @@ fn clearer(error: clap::Error, cli: &mut clap::Command) -> clap::Error {
     }
 }
 
-/// What to do.
+/// The command.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a scene to PNG and EXR; the default command
     Render(Box<RenderArgs>),
-    /// Show what a scene contains, which kernel features it needs, and what is not supported
+    /// Show the contents of a scene, the kernel features that it needs, and unsupported features
     Info(InfoArgs),
     /// Measure radiance, irradiance or the mean of an image region, with an error bar
     Measure(Box<MeasureArgs>),

@@ -16,7 +16,7 @@ use surelight_bench::{
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_prepare::{Cut, Settings, may_have_caustics};
+use surelight_prepare::{ActiveClipPlanes, Settings, may_have_caustics};
 use surelight_render::Device;
 
 use crate::error::Error;
@@ -27,20 +27,21 @@ use crate::{STOPPED_EARLY, camera, console, fingerprint, interrupt, light};
 pub(crate) use args::BenchArgs;
 use progress::Progress;
 
-/// Longer side of the pictures, pixels: errors are means over all of them, so that more would only take longer.
+/// Longer side of the pictures, pixels: errors are means over all of them, so that more would only
+/// take longer.
 const LONGER_SIDE: u32 = 256;
 const QUICK_LONGER_SIDE: u32 = 160;
 
-/// Seconds for a scene in a hurry: two minutes with the report.
+/// Seconds per scene with `--quick`: two minutes with the report.
 const QUICK_SECONDS: f64 = 100.0;
 
-/// Seconds a method when nothing is said.
+/// Default seconds per method.
 const DEFAULT_SECONDS: f64 = 20.0;
 
 /// Exit code where --compare finds a loss.
 const LOSS: u8 = crate::DIFFER;
 
-/// Races, if there is a scene, and compares, if there is something to compare with.
+/// Races, if there is a scene, and compares, if there is an earlier report.
 pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Error> {
     if args.map {
         return mapped(args);
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Error> {
     })
 }
 
-/// Measures and writes the failure map; fails where a method is wrong without a word.
+/// Measures and writes the failure map; fails where a method is wrong without a warning.
 fn mapped(args: &BenchArgs) -> Result<ExitCode, Error> {
     interrupt::listen_and_keep("nothing");
     let device = Device::new(&adapter_choice(args.adapter.as_ref()))?;
@@ -81,9 +82,10 @@ fn mapped(args: &BenchArgs) -> Result<ExitCode, Error> {
     Ok(if silent.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(LOSS) })
 }
 
-/// Races, writes the report, and prints the answers. Returns the data and whether they are all that was asked for.
+/// Races, writes the report, and prints the answers. Returns the data and whether they are
+/// complete.
 fn raced(args: &BenchArgs) -> Result<(Data, bool), Error> {
-    interrupt::listen_and_keep("what was measured so far");
+    interrupt::listen_and_keep("the measurements so far");
     let peers = args.overlay.as_deref().map(read_overlay).transpose()?.unwrap_or_default();
     let device = Device::new(&adapter_choice(args.adapter.as_ref()))?;
     let mut names = HashSet::new();
@@ -108,13 +110,13 @@ fn raced(args: &BenchArgs) -> Result<(Data, bool), Error> {
     }
     text += &format!("report: {}\n", args.output.join("index.html").display());
     if !complete {
-        text += "stopped early: --resume with the same options goes on\n";
+        text += "stopped early: --resume with the same options continues\n";
     }
     console::result(&text)?;
     Ok((data, complete))
 }
 
-/// A scene as it will be raced on.
+/// A scene with its race settings.
 fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result<Subject, Error> {
     let started = Instant::now();
     let options = args.file.load_options();
@@ -133,7 +135,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
         focus: view.lens.map(|lens| lens.focus),
         ..Settings::new(view.size.width, view.size.height)
     };
-    warnings.extend(camera::cut_warning(&view.camera, Cut::find(&scene, &view.camera, &settings)));
+    warnings.extend(camera::clipping_warning(&view.camera, ActiveClipPlanes::find(&scene, &view.camera, &settings)));
     let stem = path.file_stem().map_or_else(String::new, |stem| slug(&stem.to_string_lossy()));
     let stem = if stem.is_empty() { "scene".to_owned() } else { stem };
     let mut name = stem.clone();
@@ -155,7 +157,7 @@ fn subject(args: &BenchArgs, path: &Path, names: &mut HashSet<String>) -> Result
     })
 }
 
-/// The size brought down to a longer side.
+/// The size, reduced to a longer side.
 fn smaller(size: Size, longer: u32) -> Size {
     let factor = f64::from(longer) / f64::from(size.width.max(size.height));
     let side = |n: u32| (f64::from(n) * factor).round().max(1.0) as u32;
@@ -191,12 +193,12 @@ mod tests {
 
     #[test]
     fn pictures_keep_their_aspect() {
-        let brought = |width, height| {
+        let bounded = |width, height| {
             let size = smaller(Size { width, height }, 256);
             (size.width, size.height)
         };
-        assert_eq!(brought(1024, 512), (256, 128));
-        assert_eq!(brought(1024, 1), (256, 1));
-        assert_eq!(brought(100, 80), (100, 80));
+        assert_eq!(bounded(1024, 512), (256, 128));
+        assert_eq!(bounded(1024, 1), (256, 1));
+        assert_eq!(bounded(100, 80), (100, 80));
     }
 }

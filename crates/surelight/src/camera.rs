@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_prepare::Cut;
+use surelight_prepare::ActiveClipPlanes;
 use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use crate::error::Error;
@@ -23,7 +23,7 @@ pub(crate) struct View {
     pub(crate) camera: Camera,
     pub(crate) size: Size,
     pub(crate) lens: Option<Lens>,
-    /// What was decided without being asked, for the summary.
+    /// An automatic decision, for the summary.
     pub(crate) note: Option<String>,
 }
 
@@ -36,9 +36,9 @@ pub(crate) struct Lens {
     pub(crate) focus: f32,
 }
 
-/// Chooses the camera that the options ask for, else the file's first, else one that frames the model.
+/// Chooses the camera of the options, else the file's first, else one that frames the model.
 pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option<Size>) -> Result<View, Error> {
-    let asked_aspect = size.map(|s| f64::from(s.width) / f64::from(s.height));
+    let requested_aspect = size.map(|s| f64::from(s.width) / f64::from(s.height));
     let mut note = None;
     let mut camera = if let (Some(eye), Some(target)) = (args.eye, args.target) {
         look_at(DVec3::from(eye), DVec3::from(target))?
@@ -48,7 +48,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
         first.clone()
     } else {
         note = Some("the file has no camera: the whole model is framed (--eye and --target choose a view)".to_owned());
-        scene.frame_camera(asked_aspect.unwrap_or(DEFAULT_ASPECT))
+        scene.frame_camera(requested_aspect.unwrap_or(DEFAULT_ASPECT))
     };
     if let Some(degrees) = args.fov {
         let Projection::Perspective { yfov, .. } = &mut camera.projection else {
@@ -65,7 +65,7 @@ pub(crate) fn choose(scene: &Scene, path: &Path, args: &CameraArgs, size: Option
 }
 
 /// A warning where the camera's clipping planes cut something off the picture.
-pub(crate) fn cut_warning(camera: &Camera, cut: Cut) -> Option<String> {
+pub(crate) fn clipping_warning(camera: &Camera, cut: ActiveClipPlanes) -> Option<String> {
     let ClipRange { near, far } = camera.clip;
     let what = match (cut.near, cut.far) {
         (true, true) => format!("nearer than znear = {near} m and farther than zfar = {far} m"),
@@ -74,7 +74,7 @@ pub(crate) fn cut_warning(camera: &Camera, cut: Cut) -> Option<String> {
         (false, false) => return None,
     };
     let name = if camera.name.is_empty() { "the camera".into() } else { format!("camera \"{}\"", camera.name) };
-    Some(format!("{name} does not show what is {what} (--clip off shows it)"))
+    Some(format!("{name} does not show surfaces {what} (--clip off shows them)"))
 }
 
 /// A camera of the file, by name or else by number.
@@ -92,7 +92,8 @@ fn select<'a>(scene: &'a Scene, path: &Path, wanted: &Selector) -> Result<&'a Ca
     })
 }
 
-/// A perspective camera at `eye`, its top towards +Y (towards ∓Z where it looks straight down or up).
+/// A perspective camera at `eye`, its top towards +Y (towards ∓Z where it faces straight down or
+/// up).
 fn look_at(eye: DVec3, target: DVec3) -> Result<Camera, Error> {
     let Some(forward) = (target - eye).try_normalize() else {
         return Err(Error::Camera("--eye and --target are the same point; a direction is needed"));
@@ -174,10 +175,10 @@ mod tests {
         let view = |clip| choose(&scene, Path::new("x.glb"), &CameraArgs { clip, ..args() }, None).unwrap();
         assert_eq!(view(Clip::On).camera.clip, clip);
         assert_eq!(view(Clip::Off).camera.clip, ClipRange::NONE);
-        let cut = Cut { near: true, ..Cut::default() };
-        let text = cut_warning(&scene.cameras[0], cut).unwrap();
-        assert_eq!(text, "camera \"a\" does not show what is nearer than znear = 2 m (--clip off shows it)");
-        assert_eq!(cut_warning(&scene.cameras[0], Cut::default()), None);
+        let cut = ActiveClipPlanes { near: true, ..ActiveClipPlanes::default() };
+        let text = clipping_warning(&scene.cameras[0], cut).unwrap();
+        assert_eq!(text, "camera \"a\" does not show surfaces nearer than znear = 2 m (--clip off shows them)");
+        assert_eq!(clipping_warning(&scene.cameras[0], ActiveClipPlanes::default()), None);
     }
 
     #[test]
@@ -220,7 +221,7 @@ mod tests {
         let seen = view(&aimed).unwrap();
         assert_eq!(seen.lens, Some(Lens { aperture: 0.1, focus: 3.0 }));
         assert!(matches!(seen.camera.projection, Projection::Perspective { yfov, .. } if yfov == 90f64.to_radians()));
-        // The empty scene's middle is where the camera stands.
+        // The camera is at the empty scene's middle.
         assert!(view(&CameraArgs { aperture: Some(0.1), ..args() }).is_err());
         assert_eq!(view(&args()).unwrap().size, Size { width: 1024, height: 512 });
     }

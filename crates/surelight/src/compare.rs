@@ -1,4 +1,5 @@
-//! `surelight compare`: how far apart two images are, and whether more than their own noise explains it.
+//! `surelight compare`: how far apart two images are, and whether more than their own noise
+//! explains it.
 
 mod report;
 
@@ -48,19 +49,19 @@ pub(crate) struct CompareArgs {
     json: bool,
 }
 
-/// What a comparison ends with.
+/// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Finding {
+pub(crate) enum CompareResult {
     /// No difference was found.
     Same,
-    /// More than noise tells the images apart.
+    /// The images differ by more than noise.
     Differ,
-    /// Nothing can be told, and `--strict` wants to know.
+    /// No test has enough power, and `--strict` is set.
     CannotTell,
 }
 
 /// Compares, prints, writes the map.
-pub(crate) fn run(args: &CompareArgs) -> Result<Finding, Error> {
+pub(crate) fn run(args: &CompareArgs) -> Result<CompareResult, Error> {
     let mut inputs = vec![args.a.clone(), args.b.clone()];
     inputs.extend(args.reference_variance.clone());
     if let Some(map) = &args.map {
@@ -86,10 +87,10 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Finding, Error> {
     }
 
     let finding = match comparison.verdict.as_ref().map(|verdict| verdict.outcome) {
-        Some(Outcome::Same) => Finding::Same,
-        Some(Outcome::Differ) => Finding::Differ,
-        Some(Outcome::CannotTell) | None if args.strict => Finding::CannotTell,
-        Some(Outcome::CannotTell) | None => Finding::Same,
+        Some(Outcome::Same) => CompareResult::Same,
+        Some(Outcome::Differ) => CompareResult::Differ,
+        Some(Outcome::CannotTell) | None if args.strict => CompareResult::CannotTell,
+        Some(Outcome::CannotTell) | None => CompareResult::Same,
     };
     let pictures = [&picture_a, &picture_b];
     let report = Report::new([&args.a, &args.b], [&a, &b], pictures, comparison, options.tile, args.plan);

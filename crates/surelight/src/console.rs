@@ -1,11 +1,12 @@
-//! Printing that survives a closed pipe: `println!` would panic in `surelight info scene.glb | head -1`.
+//! Printing that survives a closed pipe: `println!` would panic in `surelight info scene.glb | head
+//! -1`.
 
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use crate::error::Error;
 
-/// Writes a result to standard output. A reader that has seen enough is no error.
+/// Writes a result to standard output. A closed pipe is no error.
 pub(crate) fn result(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
@@ -14,7 +15,7 @@ pub(crate) fn result(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes a line to standard error; where nobody listens, nothing is lost.
+/// Writes a line to standard error; a closed stream is no error.
 pub(crate) fn note(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(line));
 }

@@ -9,7 +9,7 @@ use crate::console;
 use crate::error::Error;
 use crate::options::DevicesArgs;
 
-/// Lists the adapters of this machine, best to use first shown as they are numbered for `--adapter`.
+/// Lists the adapters of this machine, with their numbers for `--adapter`, the best first.
 pub(crate) fn run(args: &DevicesArgs) -> Result<(), Error> {
     let adapters = Device::list();
     if args.json {

@@ -1,4 +1,4 @@
-//! What ends a command early, and how it is told: one sentence on standard error and an exit code.
+//! Errors that end a command: one sentence on standard error and an exit code.
 
 use std::path::{Path, PathBuf};
 
@@ -35,11 +35,11 @@ pub(crate) enum Error {
     /// Some of the images of a render could not be written.
     #[error("{}", outputs_sentence(failed, saved, checkpoint.as_deref()))]
     Outputs {
-        /// What could not be written, and why.
+        /// The outputs that could not be written, and why.
         failed: Vec<WriteError>,
-        /// What was written.
+        /// The outputs that were written.
         saved: Vec<PathBuf>,
-        /// What the render can go on from.
+        /// The checkpoint to resume from.
         checkpoint: Option<PathBuf>,
     },
     /// A formula that is not one.
@@ -55,22 +55,22 @@ pub(crate) enum Error {
     },
     /// A checkpoint of another render.
     #[error(
-        "the checkpoint \"{}\" is of another render: {} is {} there and {} here; set it likewise, or leave out --resume to begin anew",
+        "the checkpoint \"{}\" is of another render: {} is {} there and {} here; use the same value, or leave out --resume to start over",
         path.display(), difference.what, difference.first, difference.second
     )]
     Resume {
         /// The checkpoint.
         path: PathBuf,
-        /// What tells the renders apart.
+        /// The difference of the renders.
         difference: surelight_film::Difference,
     },
     /// A device that fails while it traces.
     #[error("{cause}{saved}")]
     Tracing {
-        /// What failed.
+        /// The cause.
         #[source]
         cause: surelight_render::RenderError,
-        /// A clause that lists what was saved.
+        /// A clause that lists saved files.
         saved: String,
     },
     /// Parts that cannot be merged.
@@ -84,7 +84,7 @@ pub(crate) enum Error {
     Output {
         /// The file to write.
         path: PathBuf,
-        /// What stands in the way.
+        /// The cause.
         cause: String,
     },
     /// Standard output, where an image cannot go.
@@ -95,9 +95,9 @@ pub(crate) enum Error {
     UnknownCamera {
         /// The scene.
         path: PathBuf,
-        /// What was asked for.
+        /// The requested camera.
         wanted: String,
-        /// What there is.
+        /// The cameras of the file.
         available: String,
     },
     /// Options that do not fit the camera.
@@ -112,7 +112,7 @@ pub(crate) enum Error {
         width: u32,
         /// Rows.
         height: u32,
-        /// What it needs.
+        /// The memory needed.
         gib: f64,
     },
     /// Ctrl-C before there was anything to keep.
@@ -140,11 +140,12 @@ fn outputs_sentence(failed: &[WriteError], saved: &[PathBuf], checkpoint: Option
         .collect();
     let saved: Vec<_> = saved.iter().filter(|path| !is_dash(path)).cloned().collect();
     let saved = crate::saved::list(&saved);
-    let remedy = checkpoint.map_or_else(String::new, |path| format!("; --resume goes on from \"{}\"", path.display()));
+    let remedy =
+        checkpoint.map_or_else(String::new, |path| format!("; --resume continues from \"{}\"", path.display()));
     failed.join("; ") + &saved + &remedy
 }
 
-/// A message in the form in which it stands after "error: ": on one line, no capital article, no full stop.
+/// A message in the form for use after "error: ": on one line, no capital article, no full stop.
 pub(crate) fn sentence(message: &str) -> String {
     let line = message.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     let line = line.strip_suffix('.').unwrap_or(&line);
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_saved_and_what_is_not_is_one_sentence() {
+    fn written_and_failed_outputs_are_one_sentence() {
         let error = |name: &str| WriteError { path: name.into(), cause: "the disk is full".into() };
         let files = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
         for (failed, saved, checkpoint, text) in [
@@ -176,7 +177,7 @@ mod tests {
                 files(&["b.png", "c.png"]),
                 Some(PathBuf::from("a.checkpoint.exr")),
                 "the file \"a.exr\" could not be written: the disk is full; \"b.png\", \"c.png\" were saved; \
-                 --resume goes on from \"a.checkpoint.exr\"",
+                 --resume continues from \"a.checkpoint.exr\"",
             ),
         ] {
             let failed = failed.into_iter().map(error).collect();
@@ -185,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_are_brought_into_one_form() {
+    fn messages_have_one_form() {
         assert_eq!(sentence("The file \"a\" is gone."), "the file \"a\" is gone");
         assert_eq!(sentence("GPU lost:\n  timeout"), "GPU lost: timeout");
         assert_eq!(sentence("Box  One.glb is cut short."), "Box  One.glb is cut short");

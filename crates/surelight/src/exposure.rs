@@ -11,22 +11,22 @@ use crate::parse::{Format, OutputPath};
 use crate::progress::Significant;
 use crate::summary::Percent;
 
-/// What `--exposure` asks for.
+/// The value of `--exposure`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Exposure {
     /// As many stops.
     Stops(f32),
-    /// What the picture needs.
+    /// Derived from the picture.
     Auto,
 }
 
 /// How the PNGs of a film are exposed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Exposed {
+pub(crate) struct ResolvedExposure {
     pub(crate) display: film::Display,
     /// The exposure that was computed.
     pub(crate) auto: Option<Automatic>,
-    /// What another exposure would bring out.
+    /// A hint at a better exposure.
     pub(crate) hint: Option<Hint>,
 }
 
@@ -53,7 +53,12 @@ pub(crate) struct Hint {
 }
 
 /// Decides how the PNGs of a film are exposed.
-pub(crate) fn choose(wanted: Option<Exposure>, tonemap: Tonemap, film: &Film, outputs: &[OutputPath]) -> Exposed {
+pub(crate) fn choose(
+    wanted: Option<Exposure>,
+    tonemap: Tonemap,
+    film: &Film,
+    outputs: &[OutputPath],
+) -> ResolvedExposure {
     let tonemap = match tonemap {
         Tonemap::Neutral => ToneMap::Neutral,
         Tonemap::Agx => ToneMap::Agx,
@@ -62,22 +67,22 @@ pub(crate) fn choose(wanted: Option<Exposure>, tonemap: Tonemap, film: &Film, ou
     };
     let display = |exposure_ev| film::Display { exposure_ev, tonemap };
     match wanted {
-        Some(Exposure::Stops(ev)) => Exposed { display: display(ev.into()), auto: None, hint: None },
+        Some(Exposure::Stops(ev)) => ResolvedExposure { display: display(ev.into()), auto: None, hint: None },
         Some(Exposure::Auto) => {
             let AutoExposure { ev, log_average } = AutoExposure::of(film);
             let auto = Automatic { ev, automatic: true, log_average_luminance: log_average };
-            Exposed { display: display(ev), auto: Some(auto), hint: None }
+            ResolvedExposure { display: display(ev), auto: Some(auto), hint: None }
         }
         None => {
             let display = display(0.0);
             let shown = outputs.iter().any(|output| output.format == Format::Png);
-            Exposed { display, auto: None, hint: shown.then(|| Hint::of(film, &display)).flatten() }
+            ResolvedExposure { display, auto: None, hint: shown.then(|| Hint::of(film, &display)).flatten() }
         }
     }
 }
 
-impl Exposed {
-    /// What files record.
+impl ResolvedExposure {
+    /// The exposure record of files.
     pub(crate) fn record(&self) -> Option<ExposureRecord> {
         self.auto.map(|auto| ExposureRecord { ev: auto.ev, automatic: true })
     }
@@ -126,7 +131,7 @@ mod tests {
         film
     }
 
-    fn exposed(wanted: Option<Exposure>, radiance: f32, output: &str) -> Exposed {
+    fn exposed(wanted: Option<Exposure>, radiance: f32, output: &str) -> ResolvedExposure {
         choose(wanted, Tonemap::None, &film(radiance), &[output_path(output).unwrap()])
     }
 

@@ -11,7 +11,7 @@ pub(crate) fn of_text(text: &str) -> String {
     of_bytes(text.as_bytes())
 }
 
-/// Hash of bytes, likewise.
+/// Hash of bytes.
 pub(crate) fn of_bytes(bytes: &[u8]) -> String {
     let mut hash = Hash::new();
     hash.bytes(bytes);

@@ -1,4 +1,5 @@
-//! `surelight info`: what is in a scene, what the kernel will include because of it, and what is not supported.
+//! `surelight info`: the contents of a scene, the kernel parts that it needs, and unsupported
+//! features.
 
 mod contents;
 
@@ -14,14 +15,14 @@ use crate::{camera, console, light};
 
 use contents::Contents;
 
-/// A scene laid open; its fields are the keys of `--json`.
+/// The contents of a scene; its fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Info {
     /// The file as it was given.
     scene: String,
     #[serde(flatten)]
     contents: Contents,
-    /// The triangles as the kernel sees them.
+    /// The triangles of the kernel.
     bvh: Bvh,
     /// Parts that the kernel may have.
     kernel: Vec<KernelPart>,
@@ -36,13 +37,13 @@ struct KernelPart {
     name: &'static str,
     /// Whether it is compiled in.
     included: bool,
-    /// What it does.
+    /// Its effect.
     meaning: &'static str,
-    /// What in the scene asks for it.
+    /// The elements of the scene that need it.
     because: Option<String>,
 }
 
-/// Loads the scene and tells what is in it. No device is needed.
+/// Loads the scene and reports its contents. No device is needed.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Error> {
     let options = args.file.load_options();
     let scene = args.scene.load(&options)?;
@@ -69,11 +70,11 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     let unfound = args.method.warning(&scene);
     let prepared = Prepared::new(&scene, &view.camera, &settings)?;
     let key = prepared.key();
-    // That a scene does without what options or the device select says nothing about it.
-    let tells = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
+    // The absence of parts that options or the device select is no property of the scene.
+    let is_relevant = |row: &Row| key.has(row.part) || matches!(row.origin, Origin::Scene(_) | Origin::Derived);
     let kernel = TABLE
         .iter()
-        .filter(|row| tells(row))
+        .filter(|row| is_relevant(row))
         .map(|row| {
             let included = key.has(row.part);
             let because = match row.origin {
@@ -84,7 +85,7 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
         })
         .collect();
     let mut warnings = scene.warnings;
-    warnings.extend(camera::cut_warning(&view.camera, prepared.cut));
+    warnings.extend(camera::clipping_warning(&view.camera, prepared.cut));
     warnings.extend(view.note);
     warnings.extend(note);
     warnings.extend(unfound);
@@ -92,12 +93,12 @@ fn describe(args: &InfoArgs, mut scene: Scene) -> Result<Info, Error> {
     Ok(Info { scene: args.scene.name().display().to_string(), contents, bvh: Bvh::of(&prepared), kernel, warnings })
 }
 
-/// What became of the triangles.
+/// Counts of triangles.
 #[derive(Debug, Serialize)]
 struct Bvh {
     /// Nodes, triangles and instances of the kernel's stream.
     items: usize,
-    /// Entries that a walk's stack needs.
+    /// Entries of the traversal stack.
     stack_depth: u32,
     /// Left out: corners that are not finite.
     non_finite_triangles: u64,

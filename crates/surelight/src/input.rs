@@ -1,4 +1,4 @@
-//! Where scenes come from: a file, or standard input.
+//! The source of a scene: a file, or standard input.
 
 use std::convert::Infallible;
 use std::ffi::{OsStr, OsString};
@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use surelight_scene::{LoadError, LoadOptions, Scene};
 
-/// What messages and records call `-`.
+/// The name of `-` in messages and records.
 const STANDARD_INPUT: &str = "standard input";
 
-/// Most bytes that standard input may bring: a .glb states its length in 32 bits.
+/// Maximum number of bytes of standard input: a .glb states its length in 32 bits.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// Bytes by which it shows whether a scene comes at all.
+/// Leading bytes that show whether the stream is a scene at all.
 const HEAD: u64 = 4096;
 
-/// What `SCENE` names.
+/// The source that `SCENE` names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum SceneSource {
     /// A .glb or .gltf file.
@@ -49,7 +49,7 @@ impl SceneSource {
         }
     }
 
-    /// What outputs are named after.
+    /// The stem of output names.
     pub(crate) fn stem(&self) -> &OsStr {
         self.file().map_or(OsStr::new("stdin"), |path| path.file_stem().unwrap_or(OsStr::new("surelight")))
     }
@@ -68,7 +68,7 @@ impl SceneSource {
 }
 
 /// All bytes of a stream; the first ones alone where these are no beginning of a scene, which the
-/// importer then says.
+/// importer then reports.
 fn read(mut stream: impl Read, limit: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.by_ref().take(HEAD.min(limit)).read_to_end(&mut bytes)?;

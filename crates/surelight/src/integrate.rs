@@ -1,4 +1,5 @@
-//! `surelight integrate`: Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula, on the device.
+//! `surelight integrate`: Monte Carlo, quasi-Monte Carlo and quadrature side by side on a formula,
+//! on the device.
 
 mod args;
 mod chart;
@@ -20,10 +21,11 @@ use crate::{console, render};
 const REPLICATES: u32 = 32;
 
 /// Evaluations of a grid at most: its values are weighted on the host one by one.
-const MOST_OF_A_GRID: u64 = 1 << 26;
+const MAX_GRID_EVALUATIONS: u64 = 1 << 26;
 
-/// Points of a Gauss–Legendre rule on an axis at most: finding its nodes takes time with their square.
-const MOST_GAUSS: usize = 4096;
+/// Points of a Gauss–Legendre rule on an axis at most: finding its nodes takes time with their
+/// square.
+const MAX_GAUSS_POINTS: usize = 4096;
 
 /// The formula is f32: closer agreement than this share of the value means nothing.
 const F32_NOISE: f64 = 1e-6;
@@ -43,9 +45,10 @@ pub(crate) fn run(args: &IntegrateArgs) -> Result<(), Error> {
     let formula = Formula::new(&args.formula, bounds.len())?;
     args.output.as_deref().map(surelight_film::check_writable).transpose()?;
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
-    let finest = RULES.iter().filter_map(|&(rule, _)| finest(rule, args.samples, bounds.len())).max().unwrap_or(1);
-    let integrand = Integrand::new(&device, &formula, bounds, finest * bounds.len())?;
-    let mut work = Work { args, integrand, notes: Vec::new(), replicate: 0 };
+    let max_grid_points =
+        RULES.iter().filter_map(|&(rule, _)| max_grid_points(rule, args.samples, bounds.len())).max().unwrap_or(1);
+    let integrand = Integrand::new(&device, &formula, bounds, max_grid_points * bounds.len())?;
+    let mut work = Integration { args, integrand, notes: Vec::new(), replicate: 0 };
 
     let mut methods = Vec::new();
     for (sampler, name) in SAMPLERS {
@@ -88,7 +91,7 @@ pub(crate) fn run(args: &IntegrateArgs) -> Result<(), Error> {
 }
 
 /// An integration under way.
-struct Work<'a> {
+struct Integration<'a> {
     args: &'a IntegrateArgs,
     integrand: Integrand<'a>,
     notes: Vec<String>,
@@ -96,7 +99,7 @@ struct Work<'a> {
     replicate: u32,
 }
 
-impl Work<'_> {
+impl Integration<'_> {
     fn sample(&mut self, sampler: Sampler, name: &'static str) -> Result<Row, Error> {
         let samples = (self.args.samples / u64::from(REPLICATES)) as u32;
         let mut convergence = Vec::new();
@@ -154,11 +157,11 @@ impl Work<'_> {
             non_finite: 0,
             convergence: Vec::new(),
         };
-        let Some(points) = finest(rule, self.args.samples, dimensions) else { return Ok(row) };
+        let Some(points) = max_grid_points(rule, self.args.samples, dimensions) else { return Ok(row) };
         let started = Instant::now();
         let Ok(grid) = self.integrand.grid(rule, points)? else { return Ok(row) };
         row.seconds = started.elapsed().as_secs_f64();
-        if let Some(coarser) = odd_for(rule, points / 2).filter(|&c| c < points)
+        if let Some(coarser) = points_for_rule(rule, points / 2).filter(|&c| c < points)
             && let Ok(coarse) = self.integrand.grid(rule, coarser)?
         {
             row.change = Some((grid.estimate - coarse.estimate).abs());
@@ -174,12 +177,13 @@ impl Work<'_> {
         Ok(row)
     }
 
-    /// Evaluations and error of ever finer grids: against the truth where it is known, else against the next finer grid.
-    fn refinements(&mut self, rule: Rule, finest: usize) -> Result<Vec<(f64, f64)>, Error> {
+    /// Evaluations and error of ever finer grids: against the truth where it is known, else against
+    /// the next finer grid.
+    fn refinements(&mut self, rule: Rule, max_grid_points: usize) -> Result<Vec<(f64, f64)>, Error> {
         let mut found: Vec<(f64, f64)> = Vec::new();
         let ladder = std::iter::successors(Some(1), |&points: &usize| Some(points + (points / 2).max(1)));
-        for points in ladder.take_while(|&points| points < finest).chain([finest]) {
-            if let Some(points) = odd_for(rule, points)
+        for points in ladder.take_while(|&points| points < max_grid_points).chain([max_grid_points]) {
+            if let Some(points) = points_for_rule(rule, points)
                 && let Ok(grid) = self.integrand.grid(rule, points)?
                 && found.last().is_none_or(|last| last.0 < grid.evaluations as f64)
             {
@@ -204,7 +208,8 @@ impl Work<'_> {
         }
     }
 
-    /// Whether the largest values let the error bars be believed; by the means of 64 independent samples, on both sides.
+    /// Whether the tail of the values is light enough for the error bars; by the means of 64
+    /// independent samples, on both sides.
     fn judge_tail(&mut self, mut chunks: Vec<f64>) {
         let upper = pareto_k(&mut chunks);
         chunks.iter_mut().for_each(|x| *x = -*x);
@@ -218,15 +223,15 @@ impl Work<'_> {
     }
 }
 
-/// Points an axis that a rule can take: Simpson's are odd and at least 3.
-fn odd_for(rule: Rule, points: usize) -> Option<usize> {
+/// Points per axis that a rule can take: Simpson's are odd and at least 3.
+fn points_for_rule(rule: Rule, points: usize) -> Option<usize> {
     let points = if rule == Rule::Simpson && points.is_multiple_of(2) { points.saturating_sub(1) } else { points };
     (points >= if rule == Rule::Simpson { 3 } else { 1 }).then_some(points)
 }
 
 /// Most points an axis with which a grid stays within so many evaluations.
-fn finest(rule: Rule, samples: u64, dimensions: usize) -> Option<usize> {
-    let most = samples.min(MOST_OF_A_GRID);
+fn max_grid_points(rule: Rule, samples: u64, dimensions: usize) -> Option<usize> {
+    let most = samples.min(MAX_GRID_EVALUATIONS);
     let fits = |points: u64| points.checked_pow(dimensions as u32).is_some_and(|total| total <= most);
     let mut points = (most as f64).powf(1.0 / dimensions as f64) as u64;
     while fits(points + 1) {
@@ -235,8 +240,8 @@ fn finest(rule: Rule, samples: u64, dimensions: usize) -> Option<usize> {
     while !fits(points) {
         points -= 1;
     }
-    let limit = if rule == Rule::GaussLegendre { MOST_GAUSS } else { 1 << 22 };
-    odd_for(rule, (points as usize).min(limit))
+    let limit = if rule == Rule::GaussLegendre { MAX_GAUSS_POINTS } else { 1 << 22 };
+    points_for_rule(rule, (points as usize).min(limit))
 }
 
 /// Quadrature rules whose result the sampling with the narrowest interval contradicts.
@@ -267,12 +272,12 @@ mod tests {
 
     #[test]
     fn grids_fit_the_evaluations() {
-        assert_eq!(finest(Rule::Midpoint, 1 << 20, 2), Some(1024));
-        assert_eq!(finest(Rule::Midpoint, 1000, 3), Some(10));
-        assert_eq!(finest(Rule::Midpoint, 999, 3), Some(9));
-        assert_eq!(finest(Rule::Simpson, 1 << 20, 6), Some(9));
-        assert_eq!(finest(Rule::Simpson, 32, 4), None);
-        assert_eq!(finest(Rule::Midpoint, 32, 10), Some(1));
-        assert_eq!(finest(Rule::GaussLegendre, 1 << 20, 1), Some(MOST_GAUSS));
+        assert_eq!(max_grid_points(Rule::Midpoint, 1 << 20, 2), Some(1024));
+        assert_eq!(max_grid_points(Rule::Midpoint, 1000, 3), Some(10));
+        assert_eq!(max_grid_points(Rule::Midpoint, 999, 3), Some(9));
+        assert_eq!(max_grid_points(Rule::Simpson, 1 << 20, 6), Some(9));
+        assert_eq!(max_grid_points(Rule::Simpson, 32, 4), None);
+        assert_eq!(max_grid_points(Rule::Midpoint, 32, 10), Some(1));
+        assert_eq!(max_grid_points(Rule::GaussLegendre, 1 << 20, 1), Some(MAX_GAUSS_POINTS));
     }
 }

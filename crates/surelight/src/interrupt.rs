@@ -1,4 +1,5 @@
-//! Ctrl-C (and a polite kill): the first asks the render to finish and write, the second ends the program at once.
+//! Ctrl-C (and a polite kill): the first makes the render finish and write, the second ends the
+//! program at once.
 
 #[cfg(unix)]
 use std::sync::Arc;
@@ -15,7 +16,7 @@ static BEGUN: AtomicBool = AtomicBool::new(false);
 /// Exit code where there is nothing to write yet.
 const FAILED: i32 = crate::ERROR as i32;
 
-/// What shells report for a program ended by Ctrl-C.
+/// The exit code that shells report for a program ended by Ctrl-C.
 const KILLED_BY_INTERRUPT: i32 = 130;
 
 /// Begins to listen; until [`begin`], Ctrl-C ends the program at once. Where the system refuses,
@@ -38,12 +39,13 @@ pub(crate) fn listen_and_keep(what: &'static str) {
 fn listen_for(what: &'static str) {
     let heard = ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
-            // Without running what is registered for the end: drivers take their memory down there while their threads still work.
+            // Without running exit handlers: drivers free their memory there while their threads
+            // still work.
             signal_hook::low_level::exit(KILLED_BY_INTERRUPT);
         }
-        let bar = if console::watched() { "\n" } else { "" }; // one may stand on this line
+        let bar = if console::watched() { "\n" } else { "" }; // one may be on this line
         if !BEGUN.load(Ordering::SeqCst) {
-            // Reading may wait for ever, as for the writer of a pipe.
+            // Reading may wait without end, as for the writer of a pipe.
             console::note(&format!("{bar}error: {}", Error::Interrupted));
             signal_hook::low_level::exit(FAILED);
         }
@@ -54,12 +56,12 @@ fn listen_for(what: &'static str) {
     }
 }
 
-/// Lets a write beyond the limit on file sizes (`ulimit -f`) fail, so that it can be told; by
-/// default it kills the program, with half a file left.
+/// Lets a write beyond the limit on file sizes (`ulimit -f`) fail, so that it can be reported; by
+/// default it kills the program, with half a file written.
 pub(crate) fn survive_file_size_limit() {
     #[cfg(unix)]
     {
-        // What fails without it is no worse than before.
+        // A failure to install it is no worse than the default.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     }
 }

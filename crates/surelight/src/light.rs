@@ -17,7 +17,7 @@ impl LightArgs {
     }
 }
 
-/// Sets the scene's environment as the options say; returns what was decided without being asked.
+/// Sets the scene's environment by the options; returns a note on an automatic decision.
 pub(crate) fn set(scene: &mut Scene, args: &LightArgs) -> Result<Option<String>, Error> {
     if let Some(file) = &args.env {
         let (map, warnings) = load_environment_with_warnings(file)?;
@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dark_file_gets_a_white_sky_and_is_told() {
+    fn a_dark_file_gets_a_white_sky_and_a_note() {
         let mut scene = Scene::default();
         assert!(set(&mut scene, &args(None)).unwrap().is_some());
         assert_eq!(scene.environment, Some(Environment::Uniform([1.0; 3])));

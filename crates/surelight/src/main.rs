@@ -1,6 +1,6 @@
 //! The command line of Surelight: arguments, progress, messages, exit codes.
 //!
-//! Everything that renders is in the libraries; here it is decided what to render and told how it went.
+//! All rendering is in the libraries; this crate reads the command line, and reports results.
 
 // They panic when a pipe is closed; see `console`.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -41,7 +41,7 @@ use crate::error::{Error, sentence};
 
 /// Bad input, a device or a disk that fails.
 const ERROR: u8 = 1;
-/// The time was up or Ctrl-C came before the target was met; the image is written.
+/// The time was up or Ctrl-C came before the target was reached; the image is written.
 const STOPPED_EARLY: u8 = 3;
 /// `compare` found a difference, or `bench --compare` a loss.
 const DIFFER: u8 = 4;
@@ -50,7 +50,7 @@ const CANNOT_TELL: u8 = 5;
 
 fn main() -> ExitCode {
     // Help and wrong usage end here, with the exit codes 0 and 2.
-    let command = args::parse(std::env::args_os()).unwrap_or_else(|told| told.exit());
+    let command = args::parse(std::env::args_os()).unwrap_or_else(|error| error.exit());
     headless::silence_layers();
     interrupt::survive_file_size_limit();
     panic::set_hook(Box::new(|info| {
@@ -60,15 +60,15 @@ fn main() -> ExitCode {
     let done = panic::catch_unwind(|| match command {
         Command::Render(args) => render(&args),
         Command::Info(args) => info::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Measure(args) => measure::run(&args).map(met),
+        Command::Measure(args) => measure::run(&args).map(target_exit_code),
         Command::Integrate(args) => integrate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => compare::run(&args).map(|finding| match finding {
-            compare::Finding::Same => ExitCode::SUCCESS,
-            compare::Finding::Differ => ExitCode::from(DIFFER),
-            compare::Finding::CannotTell => ExitCode::from(CANNOT_TELL),
+            compare::CompareResult::Same => ExitCode::SUCCESS,
+            compare::CompareResult::Differ => ExitCode::from(DIFFER),
+            compare::CompareResult::CannotTell => ExitCode::from(CANNOT_TELL),
         }),
         Command::Bench(args) => bench::run(&args),
-        Command::Merge(args) => merge::run(&args).map(met),
+        Command::Merge(args) => merge::run(&args).map(target_exit_code),
         Command::Devices(args) => devices::run(&args).map(|()| ExitCode::SUCCESS),
     });
     match done {
@@ -77,12 +77,12 @@ fn main() -> ExitCode {
             console::note(&format!("error: {}", sentence(&error.to_string())));
             ExitCode::from(ERROR)
         }
-        Err(_) => ExitCode::from(ERROR), // told by the hook
+        Err(_) => ExitCode::from(ERROR), // reported by the hook
     }
 }
 
 /// The exit code of a command with a target.
-fn met(target: bool) -> ExitCode {
+fn target_exit_code(target: bool) -> ExitCode {
     if target { ExitCode::SUCCESS } else { ExitCode::from(STOPPED_EARLY) }
 }
 

@@ -18,7 +18,7 @@ use self::sampling::Measurement;
 use crate::error::Error;
 use crate::{camera, console, light, method, render};
 
-/// Measures as the options say and prints the result; whether the target was met.
+/// Measures and prints the result; returns whether the target was reached.
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let start = Instant::now();
     let options = args.file.load_options();
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let device = Device::new(&render::adapter_choice(args.adapter.as_ref()))?;
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
-    warnings.extend(camera::cut_warning(&setup.camera, prepared.cut));
+    warnings.extend(camera::clipping_warning(&setup.camera, prepared.cut));
     let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup };
     let unreachable = prepared.unreachable.clone();
     drop(prepared);
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
         scene: args.scene.name().display().to_string(),
         quantity: if setup.settings.receiver {
             "irradiance"
-        } else if setup.same {
+        } else if setup.same_quantity {
             "radiance"
         } else {
             "mean radiance"
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     Ok(report.stopped == "done")
 }
 
-/// Says what speaks against the error bar, and whether the target is met.
+/// Notes reasons to doubt the error bar, and whether the target is reached.
 fn judge(report: &mut Report) {
     let mut doubts = Vec::new();
     if let Some([k, limit]) = report.tail.filter(|[k, limit]| k > limit) {
@@ -104,15 +104,14 @@ fn judge(report: &mut Report) {
     }
     if report.luminance.value == 0.0 {
         doubts.push(
-            "every sample was black: either no light arrives here, or it arrives by paths too rare to be found"
-                .to_owned(),
+            "every sample was black: either there is no light here, or its paths are too rare to be found".to_owned(),
         );
     }
     if report.dropped_samples > 0 {
         doubts.push(format!("{} samples were not finite and were left out", report.dropped_samples));
     }
     if report.truncated_rays > 0 {
-        doubts.push(format!("{} rays were given up, their samples incomplete", report.truncated_rays));
+        doubts.push(format!("{} rays were cut short, their samples are incomplete", report.truncated_rays));
     }
     if report.luminance.half_width.is_none() {
         doubts.push("one estimate alone has no error bar".to_owned());

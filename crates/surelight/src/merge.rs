@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use surelight_film::{MergePlan, PartFile, Sameness};
+use surelight_film::{Compatibility, MergePlan, PartFile};
 
 use crate::error::Error;
 use crate::exposure::{self, Automatic, Exposure, Hint};
@@ -27,8 +27,8 @@ pub(crate) struct MergeArgs {
     #[arg(short, long, value_name = "PATH", value_parser = value::output_paths(), required = true)]
     output: Vec<OutputPath>,
 
-    /// Merge parts that different adapters or drivers rendered, too; recorded in the files: means and
-    /// error bars hold, bits differ from a render in one go
+    /// Merge parts that different adapters or drivers rendered, too; recorded in the files: means
+    /// and error bars hold, bits differ from a render in one go
     #[arg(long)]
     mixed: bool,
 
@@ -45,12 +45,12 @@ pub(crate) struct MergeArgs {
     json: bool,
 }
 
-/// Joins the parts, writes what they make up and tells what is missing. Returns whether nothing is.
+/// Joins the parts, writes the result and reports missing parts. Returns whether it is complete.
 pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     output::check(&args.output, &args.parts)?;
     let parts = args.parts.iter().map(|path| PartFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let transparent = parts.iter().any(|part| part.metadata.is_transparent());
-    let plan = MergePlan::new(parts, if args.mixed { Sameness::Estimator } else { Sameness::Bits })?;
+    let plan = MergePlan::new(parts, if args.mixed { Compatibility::Estimator } else { Compatibility::Bits })?;
     render::check_memory(&plan.window, transparent)?;
     let (missing, samples) = (plan.missing, plan.samples);
     let (film, mut metadata) = plan.join()?;
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &MergeArgs) -> Result<bool, Error> {
     Ok(missing.is_none())
 }
 
-/// What was joined; its fields are the keys of `--json`.
+/// Result of a merge; its fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Merged {
     /// Files written.
@@ -105,9 +105,9 @@ struct Merged {
     crop: Option<[u32; 4]>,
     /// The first sample and the one after the last.
     sample_range: [u64; 2],
-    /// Samples a pixel.
+    /// Samples per pixel.
     spp: u64,
-    /// What is missing of the whole render; `null`: nothing.
+    /// The missing parts of the whole render; `null`: nothing.
     missing: Option<String>,
     /// Whether an output is a part itself.
     can_be_merged: bool,
@@ -121,7 +121,7 @@ struct Merged {
     dropped_samples: u64,
     /// Exposure of the PNG, where it follows from the picture.
     exposure: Option<Automatic>,
-    /// What another exposure would bring out.
+    /// A hint at a better exposure.
     exposure_hint: Option<Hint>,
     /// Options in force that bias the picture.
     biased: Vec<String>,
@@ -134,7 +134,7 @@ impl Display for Merged {
             write!(f, " at {x},{y} of {width}x{height}")?;
         }
         let plural = if self.parts == 1 { "" } else { "s" };
-        writeln!(f, ")\nsamples   {} a pixel from {} part{plural}", self.spp, self.parts)?;
+        writeln!(f, ")\nsamples   {} per pixel from {} part{plural}", self.spp, self.parts)?;
         if let Some(missing) = &self.missing {
             let more = if self.can_be_merged { "; the .exr can be merged with them" } else { "" };
             writeln!(f, "missing   {missing}{more}")?;

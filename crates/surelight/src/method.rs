@@ -1,4 +1,4 @@
-//! How paths are sampled: `--integrator`, `--directions`, `--sampler`, and what follows for what may be claimed of the picture.
+//! How paths are sampled: `--integrator`, `--directions`, `--sampler`, and the bias that follows.
 
 use clap::{Args, ValueEnum};
 use surelight_film::settings as record;
@@ -7,7 +7,7 @@ use surelight_scene::Scene;
 
 use crate::options::heading;
 
-/// The estimator of the rendering equation and where its random numbers come from.
+/// The estimator of the rendering equation and the source of its random numbers.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct MethodArgs {
     /// Integrator (how paths are sampled)
@@ -115,7 +115,7 @@ pub(crate) fn word(value: impl ValueEnum) -> String {
 }
 
 impl MethodArgs {
-    /// What is wrong with the combination, if anything.
+    /// The error in the combination, if any.
     pub(crate) fn conflict(&self) -> Option<&'static str> {
         (self.directions.is_some() && self.integrator != Integrator::Hemisphere).then_some(
             "the argument '--directions' needs '--integrator hemisphere': the others choose directions themselves",
@@ -165,18 +165,19 @@ impl MethodArgs {
         (self.integrator == Integrator::Hemisphere).then(|| self.directions.unwrap_or(Directions::Bsdf))
     }
 
-    /// The integrator as an entry of the list of biased options, where it does not tend to the true radiance of this scene.
+    /// The integrator as an entry of the list of biased options, where it does not tend to the true
+    /// radiance of this scene.
     pub(crate) fn bias(&self, scene: &Scene) -> Option<String> {
         if self.integrator().is_biased() {
             return Some(format!("integrator {}", word(self.integrator)));
         }
-        let missed = self.lights_missed(scene);
+        let missed = self.missed_lights(scene);
         (missed > 0).then(|| format!("integrator {} (misses {missed} lights without extent)", word(self.integrator)))
     }
 
     /// A warning where the integrator cannot find some of the scene's lights.
     pub(crate) fn warning(&self, scene: &Scene) -> Option<String> {
-        let missed = self.lights_missed(scene);
+        let missed = self.missed_lights(scene);
         if missed == 0 {
             return None;
         }
@@ -192,16 +193,17 @@ impl MethodArgs {
         };
         let rest = if missed == 1 { rest.replace("their", "its") } else { rest.to_owned() };
         Some(format!(
-            "the hemisphere integrator cannot find {what}, which no direction meets by chance: {rest} (--integrator area, mis or caustics finds them)"
+            "the hemisphere integrator cannot find {what}, which no direction hits by chance: {rest} (--integrator area, mis or caustics finds them)"
         ))
     }
 
-    fn lights_missed(&self, scene: &Scene) -> usize {
+    fn missed_lights(&self, scene: &Scene) -> usize {
         if self.integrator == Integrator::Hemisphere { scene.lights.len() } else { 0 }
     }
 }
 
-/// Whether there is light that a direction can meet: an emitter, or an environment that is not black.
+/// Whether there is light that a direction can hit: an emitter, or an environment that is not
+/// black.
 fn surface_light(scene: &Scene) -> bool {
     use surelight_scene::Environment;
     let environment = match &scene.environment {
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_that_no_direction_meets_are_told() {
+    fn lights_that_no_direction_hits_are_reported() {
         let light =
             Light { name: String::new(), kind: LightKind::Point { position: DVec3::ZERO }, intensity: [1.0; 3] };
         let mut scene = Scene { lights: vec![light], ..Scene::default() };

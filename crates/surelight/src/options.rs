@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use surelight_film::LEAST_SAMPLES;
+use surelight_film::MIN_CERTIFIED_SAMPLES;
 use surelight_render::Goal;
 use surelight_scene::{LoadOptions, Moment};
 
@@ -29,7 +29,8 @@ pub(crate) mod heading {
 /// `surelight [render] SCENE`. The order of the options is that of `--help`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Scene to render, a .glb or .gltf file; `-` reads one without external files from standard input
+    /// Scene to render, a .glb or .gltf file; `-` reads one without external files from standard
+    /// input
     #[arg(value_name = "SCENE", value_parser = scene_sources())]
     pub(crate) scene: SceneSource,
 
@@ -41,7 +42,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "PATH", value_parser = value::output_names())]
     pub(crate) output: Vec<OutputName>,
 
-    /// What --output and --format come to; set once both are known
+    /// Outputs by --output and --format; set once both are known
     #[arg(skip)]
     pub(crate) outputs: Vec<OutputPath>,
 
@@ -80,7 +81,7 @@ pub(crate) struct RenderArgs {
 
     /// Limit paths to N scattering events; biased
     ///
-    /// 0 is emission alone, 1 is direct light. Passing straight through a pane does not count. By
+    /// 0 is emission alone, 1 is direct light. Passing straight through a pane is no event. By
     /// default paths have no limit and end by Russian roulette. A limit biases the picture, and the
     /// files record it.
     #[arg(long, value_name = "N", value_parser = value::bounces, default_value = "unlimited", help_heading = heading::SAMPLING)]
@@ -109,8 +110,8 @@ pub(crate) struct RenderArgs {
     ///
     /// Reduces noise greatly where most light is indirect and diffuse, at the price of noise that
     /// is correlated within blocks. Unbiased. Needs the `mis` integrator.
-    #[arg(long, value_enum, default_value_t = SharedPaths::Auto, help_heading = heading::SAMPLING)]
-    pub(crate) shared_paths: SharedPaths,
+    #[arg(long, value_enum, default_value_t = PathReuse::Auto, help_heading = heading::SAMPLING)]
+    pub(crate) shared_paths: PathReuse,
 
     /// Draw all samples of a pixel from one scrambled Sobol sequence
     ///
@@ -131,8 +132,8 @@ pub(crate) struct RenderArgs {
 
     /// Let the environment light the scene, but not show
     ///
-    /// A is the share of the pixel that something covers: premultiplied in the EXR, straight in the PNG.
-    /// What a pane shows straight through it is uncovered; what is reflected or refracted is covered.
+    /// A is the covered share of the pixel: premultiplied in the EXR, straight in the PNG. The view
+    /// straight through a pane is uncovered; reflections and refractions are covered.
     #[arg(long, help_heading = heading::PICTURE)]
     pub(crate) transparent: bool,
 
@@ -159,10 +160,11 @@ pub(crate) struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// Whether all points of a pixel are of one sequence. Without independent batches the error told is an upper bound; below the
-    /// number of samples that a certificate takes, that is a small price for a better picture.
+    /// Whether all points of a pixel are of one sequence. Without independent batches the reported
+    /// error is an upper bound; below the number of samples that a certificate takes, that is a
+    /// small price for a better picture.
     pub(crate) fn is_one_sequence(&self) -> bool {
-        let short = self.planned().is_some_and(|spp| u64::from(spp) < LEAST_SAMPLES);
+        let short = self.planned().is_some_and(|spp| u64::from(spp) < MIN_CERTIFIED_SAMPLES);
         self.method.sampler == Sampler::Sobol && (self.one_scramble || short)
     }
 
@@ -171,19 +173,19 @@ impl RenderArgs {
         self.outputs.iter().any(OutputPath::is_stdout)
     }
 
-    /// What is wrong with the way outputs are combined with other options, if anything.
+    /// The error in the combination of outputs with other options, if any.
     pub(crate) fn output_conflict(&self) -> Option<&'static str> {
         let only_stdout = self.writes_to_stdout() && self.outputs.len() == 1;
         if self.json && self.writes_to_stdout() {
-            Some("the arguments '--json' and '-o -' both want standard output; name a file for one of them")
+            Some("the arguments '--json' and '-o -' both use standard output; name a file for one of them")
         } else if self.parts.resume && only_stdout {
-            Some("the argument '--resume' needs an output that is a file: the checkpoint lies beside it")
+            Some("the argument '--resume' needs an output that is a file: the checkpoint is beside it")
         } else {
             None
         }
     }
 
-    /// Samples a pixel that are planned from the beginning.
+    /// Samples per pixel that are planned from the beginning.
     pub(crate) fn planned(&self) -> Option<u32> {
         let Goal { spp, precision, .. } = self.stop.goal(Duration::ZERO);
         spp.filter(|_| precision.is_none())
@@ -210,7 +212,7 @@ pub(crate) struct CameraArgs {
     )]
     pub(crate) eye: Option<[f64; 3]>,
 
-    /// Point that the eye looks at, in metres
+    /// Point at the middle of the picture, in metres
     #[arg(
         long,
         value_name = "x,y,z",
@@ -227,7 +229,7 @@ pub(crate) struct CameraArgs {
 
     /// Diameter of a thin lens, in metres [default: a pinhole]
     ///
-    /// What is nearer or farther than --focus blurs.
+    /// Surfaces nearer or farther than --focus blur.
     #[arg(long, value_name = "METRES", value_parser = value::positive, help_heading = heading::CAMERA)]
     pub(crate) aperture: Option<f32>,
 
@@ -243,7 +245,7 @@ pub(crate) struct CameraArgs {
 
     /// Clip camera rays at the near and far planes of the scene's camera
     ///
-    /// What is clipped still casts shadows and is seen in reflections.
+    /// Clipped surfaces still cast shadows and show in reflections.
     #[arg(long, value_enum, default_value_t = Clip::On, help_heading = heading::CAMERA)]
     pub(crate) clip: Clip,
 }
@@ -269,7 +271,7 @@ pub(crate) struct LightArgs {
 
     /// Rotate the map about the vertical axis, in degrees
     ///
-    /// Counter-clockwise, seen from above.
+    /// Counter-clockwise from above.
     #[arg(
         long,
         value_name = "DEG",
@@ -302,7 +304,7 @@ pub(crate) struct LightArgs {
     pub(crate) sky: Option<[f32; 3]>,
 }
 
-/// What to take out of a file.
+/// The parts of a file to use.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct FileArgs {
     /// Scene of the file, by index [default: the file's default scene]
@@ -368,7 +370,8 @@ impl FileArgs {
 /// `surelight info SCENE`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Scene to inspect, a .glb or .gltf file; `-` reads one without external files from standard input
+    /// Scene to inspect, a .glb or .gltf file; `-` reads one without external files from standard
+    /// input
     #[arg(value_name = "SCENE", value_parser = scene_sources())]
     pub(crate) scene: SceneSource,
 
@@ -393,7 +396,7 @@ pub(crate) struct DevicesArgs {
 
 /// When pixels share paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SharedPaths {
+pub(crate) enum PathReuse {
     /// Where it pays for the scene, and more than 262,144 paths are planned
     Auto,
     /// Always

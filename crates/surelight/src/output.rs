@@ -8,10 +8,11 @@ use crate::error::Error;
 use crate::input::SceneSource;
 use crate::parse::{Format, OutputPath};
 
-/// The files to write: those asked for, or the scene's name as .png and .exr in the current folder.
-pub(crate) fn choose(scene: &SceneSource, asked: &[OutputPath]) -> Vec<OutputPath> {
-    if !asked.is_empty() {
-        return asked.to_vec();
+/// The files to write: the requested ones, or the scene's name as .png and .exr in the current
+/// folder.
+pub(crate) fn choose(scene: &SceneSource, requested: &[OutputPath]) -> Vec<OutputPath> {
+    if !requested.is_empty() {
+        return requested.to_vec();
     }
     let named = |extension: &str, format| {
         let mut name = scene.stem().to_owned();
@@ -45,7 +46,8 @@ pub(crate) fn check(outputs: &[OutputPath], inputs: &[PathBuf]) -> Result<(), Er
     Ok(())
 }
 
-/// Whether two paths lead to one file, be it through links; of files not there yet, whether they will.
+/// Whether two paths lead to one file, be it through links; of files not there yet, whether they
+/// will.
 fn same_file(a: &Path, b: &Path) -> bool {
     let resolve = |path: &Path| {
         fs::canonicalize(path).ok().or_else(|| {

@@ -1,4 +1,4 @@
-//! Values of options: what may be typed, and what is said when it may not.
+//! Values of options: their syntax and their errors.
 
 use std::ffi::OsStr;
 use std::io::ErrorKind;
@@ -35,7 +35,7 @@ impl Selector {
     }
 }
 
-/// What a file holds.
+/// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     /// Linear, all layers
@@ -63,33 +63,33 @@ impl OutputPath {
     }
 }
 
-/// What messages call `-o -`.
+/// The name of `-o -` in messages.
 pub(crate) const STANDARD_OUTPUT: &str = "standard output";
 
-/// Whether a path stands for standard output; a file of that name is `./-`.
+/// Whether a path means standard output; a file of that name is `./-`.
 pub(crate) fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// What `-o` names, before `--format` is known.
+/// The output that `-o` names, before `--format` is known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct OutputName {
     path: PathBuf,
-    /// By the name, or why that does not tell it.
+    /// By the name, or why the name does not determine it.
     format: Result<Format, String>,
 }
 
-/// Parses `-o PATH`, which need not be UTF-8, where `--format` may tell what to write.
+/// Parses `-o PATH`, which need not be UTF-8, where `--format` may state the format.
 pub(crate) fn output_names() -> impl TypedValueParser<Value = OutputName> {
     OsStringValueParser::new().try_map(|text| output_name(&text))
 }
 
-/// Parses `-o PATH` where the name alone tells what to write.
+/// Parses `-o PATH` where the name alone determines the format.
 pub(crate) fn output_paths() -> impl TypedValueParser<Value = OutputPath> {
     OsStringValueParser::new().try_map(|text| output_path(&text))
 }
 
-/// Parses `--map OUT.png`, likewise.
+/// Parses `--map OUT.png`, which need not be UTF-8.
 pub(crate) fn png_paths() -> impl TypedValueParser<Value = OutputPath> {
     OsStringValueParser::new().try_map(|text| png_path(&text))
 }
@@ -118,24 +118,22 @@ fn output_name(text: &OsStr) -> Result<OutputName, String> {
         Some("exr") => Ok(Format::Exr),
         Some("png") => Ok(Format::Png),
         Some(other) => Err(format!(".{other} is not a format Surelight writes; use .png or .exr")),
-        None => Err("the name must end in .png or .exr, which says what to write".to_owned()),
+        None => Err("the name must end in .png or .exr, which is the format".to_owned()),
     };
     Ok(OutputName { path, format })
 }
 
-/// What `-o` holds, where the name alone tells what to write.
+/// The format of `-o`, where the name alone determines it.
 pub(crate) fn output_path(text: impl AsRef<OsStr>) -> Result<OutputPath, String> {
     let OutputName { path, format } = output_name(text.as_ref())?;
     Ok(OutputPath { path, format: format? })
 }
 
-/// The outputs that `-o` and `--format` name together, or what is wrong with them.
+/// The outputs that `-o` and `--format` name together, or the error in them.
 pub(crate) fn outputs(names: &[OutputName], format: Option<Format>) -> Result<Vec<OutputPath>, String> {
     let output = |OutputName { path, format: known }: &OutputName| match (known, format) {
         (&Ok(format), _) | (Err(_), Some(format)) => Ok(OutputPath { path: path.clone(), format }),
-        (Err(_), None) if is_dash(path) => {
-            Err("'--output -' needs '--format png' or '--format exr', which says what to write".to_owned())
-        }
+        (Err(_), None) if is_dash(path) => Err("'--output -' needs '--format png' or '--format exr'".to_owned()),
         (Err(cause), None) => Err(format!("invalid value '{}' for '--output <PATH>': {cause}", path.display())),
     };
     let outputs = names.iter().map(output).collect::<Result<Vec<_>, _>>()?;

@@ -35,9 +35,9 @@ pub(crate) struct PartArgs {
 
     /// Continue or extend an earlier run
     ///
-    /// From its checkpoint, bit for bit; or from the finished .exr of the same name, to which the samples
-    /// that --spp, --time or --error still require are added: same mean, honest error bars. The .exr keeps
-    /// what this takes. Without either, the render begins anew.
+    /// From its checkpoint, bit for bit; or from the finished .exr of the same name, to which the
+    /// samples that --spp, --time or --error still require are added: same mean, valid error bars.
+    /// The .exr keeps the necessary sums. Without either, the render starts over.
     #[arg(long, help_heading = heading::PARTS)]
     pub(crate) resume: bool,
 
@@ -56,7 +56,7 @@ pub(crate) struct PartArgs {
 }
 
 impl PartArgs {
-    /// What is wrong with the combination, if anything.
+    /// The error in the combination, if any.
     pub(crate) fn conflict(&self, stop: &StopArgs, outputs: &[OutputPath]) -> Option<String> {
         let ([first, end], spp) = self.samples.zip(stop.spp)?;
         if end > spp {
@@ -90,7 +90,7 @@ impl PartArgs {
         }
     }
 
-    /// Where the render begins when it does not go on from a checkpoint.
+    /// The state before the first sample of a render that is not resumed.
     pub(crate) fn start(&self, stop: &StopArgs) -> ResumeState {
         let first = self.samples.zip(stop.spp).and_then(|([first, _], spp)| ResumeState::before(first, spp).ok());
         first.unwrap_or_default()

@@ -11,9 +11,9 @@ use crate::console;
 /// Steps of the bar from start to target.
 const STEPS: u64 = 1000;
 /// Shortest time between two lines in a log, seconds.
-const LOG_EVERY: f64 = 10.0;
+const LOG_INTERVAL_SECONDS: f64 = 10.0;
 /// Longest time between two lines in a log, seconds.
-const LOG_AT_LEAST_EVERY: f64 = 300.0;
+const MAX_LOG_INTERVAL_SECONDS: f64 = 300.0;
 
 /// Share of the work that is done: the samples or the time, whichever is nearer its end.
 fn done(status: &render::Progress, goal: Goal) -> f64 {
@@ -24,16 +24,17 @@ fn done(status: &render::Progress, goal: Goal) -> f64 {
     status.share.unwrap_or(0.0).max(time).min(1.0)
 }
 
-/// "12 of 64 samples a pixel, 14.2 Mrays/s, 12 s left".
+/// "12 of 64 samples per pixel, 14.2 Mrays/s, 12 s left".
 fn sentence(status: &render::Progress) -> String {
     let mut text = match status.target {
-        // Tiles and batches finish at different times: an average says more than the samples that all pixels have.
+        // Tiles and batches finish at different times: an average says more than the samples that
+        // all pixels have.
         Some(target) => {
             let samples = (status.share.unwrap_or(0.0) * f64::from(target)).floor();
-            format!("{samples} of {target} samples a pixel")
+            format!("{samples} of {target} samples per pixel")
         }
         None if status.pilot => "a pilot that finds out how many samples it will take".to_owned(),
-        None => samples_a_pixel(status.spp.into()),
+        None => samples_per_pixel(status.spp.into()),
     };
     if status.counts.rays > 0 {
         text += &format!(", {:.3} Mrays/s", Significant(mega_rate(status.counts.rays, status.seconds)));
@@ -44,7 +45,7 @@ fn sentence(status: &render::Progress) -> String {
     text
 }
 
-/// Shows where a render stands; silent with `--quiet`.
+/// Shows the progress of a render; silent with `--quiet`.
 #[derive(Debug)]
 pub(crate) enum Progress {
     /// Nothing is shown.
@@ -65,7 +66,7 @@ impl Progress {
             return Self::Quiet;
         }
         if !console::watched() {
-            return Self::Log { next: LOG_EVERY };
+            return Self::Log { next: LOG_INTERVAL_SECONDS };
         }
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr_with_hz(10));
         bar.set_style(ProgressStyle::with_template("{spinner} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -73,7 +74,7 @@ impl Progress {
         Self::Bar(bar)
     }
 
-    /// Tells what happens before the first sample.
+    /// Shows the stages before the first sample.
     pub(crate) fn stage(&self, what: &str, path: &Path) {
         if let Self::Bar(bar) = self {
             bar.set_message(console::printable(&format!("{what} {}", path.display())).into_owned());
@@ -92,7 +93,7 @@ impl Progress {
             Self::Log { .. } => {
                 let samples = goal.spp.map_or(String::new(), |spp| {
                     let most = if goal.precision.is_some() { "at most " } else { "" };
-                    format!(", {most}{}", samples_a_pixel(spp.into()))
+                    format!(", {most}{}", samples_per_pixel(spp.into()))
                 });
                 console::note(&format!("tracing {width}x{height} pixels{samples} on {adapter}"));
             }
@@ -111,7 +112,8 @@ impl Progress {
                 if status.seconds >= *next {
                     console::note(&sentence(status));
                     // Ever fewer lines: a log of a night is read in one glance.
-                    *next = status.seconds + (status.seconds / 4.0).clamp(LOG_EVERY, LOG_AT_LEAST_EVERY);
+                    *next =
+                        status.seconds + (status.seconds / 4.0).clamp(LOG_INTERVAL_SECONDS, MAX_LOG_INTERVAL_SECONDS);
                 }
             }
         }
@@ -125,13 +127,13 @@ impl Progress {
     }
 }
 
-/// "1 sample a pixel", "2 samples a pixel".
-pub(crate) fn samples_a_pixel(count: u64) -> String {
+/// "1 sample per pixel", "2 samples per pixel".
+pub(crate) fn samples_per_pixel(count: u64) -> String {
     let plural = if count == 1 { "" } else { "s" };
-    format!("{count} sample{plural} a pixel")
+    format!("{count} sample{plural} per pixel")
 }
 
-/// Millions a second.
+/// Millions per second.
 pub(crate) fn mega_rate(count: u64, seconds: f64) -> f64 {
     if seconds > 0.0 { count as f64 / seconds / 1e6 } else { 0.0 }
 }
@@ -148,14 +150,14 @@ pub(crate) fn human(seconds: f64) -> String {
     }
 }
 
-/// Prints a number with (about) as many significant digits as the precision asks for.
+/// Prints a number with about as many significant digits as the precision.
 pub(crate) struct Significant(pub(crate) f64);
 
 impl std::fmt::Display for Significant {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let digits = f.precision().unwrap_or(3);
         let magnitude = if self.0 == 0.0 { 0.0 } else { self.0.abs().log10().floor() };
-        // Rates of 0.000 say nothing, those of 123456.789 too much.
+        // Rates keep some digits when small, and few when large.
         let decimals = (digits as f64 - 1.0 - magnitude).clamp(0.0, 9.0) as usize;
         write!(f, "{:.decimals$}", self.0)
     }
@@ -192,8 +194,11 @@ mod tests {
 
     #[test]
     fn a_status_reads_well() {
-        assert_eq!(sentence(&status(16, Some(0.26), Some(30.0))), "16 of 64 samples a pixel, 3.00 Mrays/s, 30 s left");
-        assert_eq!(sentence(&status(5, None, Some(90.0))), "5 samples a pixel, 3.00 Mrays/s, 1 min 30 s left");
+        assert_eq!(
+            sentence(&status(16, Some(0.26), Some(30.0))),
+            "16 of 64 samples per pixel, 3.00 Mrays/s, 30 s left"
+        );
+        assert_eq!(sentence(&status(5, None, Some(90.0))), "5 samples per pixel, 3.00 Mrays/s, 1 min 30 s left");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use surelight_film::{
 use surelight_render::{CheckpointSink, Counts, Device, Goal, Outcome, Renderer, ResumeState};
 
 use crate::error::{Error, sentence};
-use crate::exposure::{self, Exposed};
+use crate::exposure::{self, ResolvedExposure};
 use crate::method::MethodArgs;
 use crate::options::RenderArgs;
 use crate::parse::{Format, OutputPath, STANDARD_OUTPUT};
@@ -51,7 +51,7 @@ struct Finished<'a> {
     checkpoint: Option<PathBuf>,
     counts: Counts,
     device_bytes: u64,
-    exposed: Exposed,
+    exposed: ResolvedExposure,
     seconds: Seconds,
 }
 
@@ -232,10 +232,10 @@ impl Stages {
 pub(crate) fn check_memory(window: &Window, transparent: bool) -> Result<(), Error> {
     // Moments, 4 of scratch, the features, and the encoded image with its moments while it is
     // written.
-    const BYTES_A_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
+    const BYTES_PER_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
     // The same for coverage.
     const COVERAGE_BYTES: u64 = 16 + 4 * 4;
-    let bytes = window.area() * (BYTES_A_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
+    let bytes = window.area() * (BYTES_PER_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
     let [width, height] = window.size;
     let gib = bytes as f64 / f64::from(1 << 30);

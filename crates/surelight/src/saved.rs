@@ -1,4 +1,4 @@
-//! Files that this run has saved: what a failure leaves behind.
+//! Files that this run has saved: a failure leaves them behind.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -19,7 +19,7 @@ pub(crate) fn clause() -> String {
     SAVED.lock().map_or_else(|_| String::new(), |saved| list(&saved))
 }
 
-/// Likewise, of these files.
+/// Clause that lists these files.
 pub(crate) fn list(saved: &[PathBuf]) -> String {
     let names: Vec<_> = saved.iter().map(|path| format!("\"{}\"", path.display())).collect();
     match names.as_slice() {

@@ -9,7 +9,7 @@ use surelight_render::Goal;
 use crate::options::heading;
 use crate::parse as value;
 
-/// Samples a pixel when nothing says when to stop.
+/// Default samples per pixel, without any limit.
 const DEFAULT_SPP: u32 = 64;
 
 /// Whichever comes first.
@@ -30,7 +30,7 @@ pub(crate) struct StopArgs {
     ///
     /// The render ends when half of all pixels are certified, and the confidence intervals of nine
     /// tenths of these have a half-width of at most this share of the pixel's luminance. Pixels
-    /// darker than a tenth of the picture's mean count as if they had that luminance.
+    /// darker than a tenth of the picture's mean are treated as if they had that luminance.
     #[arg(long, value_name = "E%", value_parser = value::relative_error)]
     pub(crate) error: Option<f64>,
 
@@ -69,7 +69,7 @@ impl StopArgs {
         self.confidence.unwrap_or(0.95)
     }
 
-    /// What makes an interval.
+    /// The bound of an interval.
     pub(crate) fn bound(&self) -> film::Bound {
         match self.bound {
             Some(Bound::Chebyshev) => film::Bound::Chebyshev,

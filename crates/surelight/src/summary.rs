@@ -1,9 +1,9 @@
-//! What a render tells when it ends, for people and for programs.
+//! The summary of a render, as text and as JSON.
 
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_film::{CERTIFIED_SHARE, ErrorSummary, LEAST_SAMPLES};
+use surelight_film::{CERTIFIED_SHARE, ErrorSummary, MIN_CERTIFIED_SAMPLES};
 
 use crate::exposure::{Automatic, Hint};
 use crate::progress::Significant;
@@ -25,21 +25,22 @@ pub(crate) struct Summary {
     pub(crate) height: u32,
     /// Who did the work.
     pub(crate) adapter: Adapter,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub(crate) spp: u64,
     /// Of these, the ones that an earlier run did.
     pub(crate) resumed_spp: u32,
-    /// What these come from: a checkpoint, or a finished image; `null`: none.
+    /// The source of these: a checkpoint, or a finished image; `null`: none.
     pub(crate) resumed_from: Option<String>,
     /// Part of the image, as x0, y0, x1, y1 with the last two outside; `null`: the whole.
     pub(crate) crop: Option<[u32; 4]>,
     /// The first sample and the one after the last.
     pub(crate) sample_range: [u32; 2],
-    /// The file that `--resume` goes on from; `null` where the goal is met.
+    /// The file that `--resume` continues from; `null` where the goal is reached.
     pub(crate) checkpoint: Option<String>,
-    /// Samples a pixel that were asked for; `null` where time alone decided.
+    /// Requested samples per pixel; `null` where time alone decided.
     pub(crate) target_spp: Option<u32>,
-    /// The fewest and the most samples of a pixel: `spp` both, unless `--adaptive` puts them where noise is.
+    /// Minimum and maximum samples of a pixel: both `spp`, unless `--adaptive` distributes them by
+    /// noise.
     pub(crate) pixel_samples: [u64; 2],
     /// Camera paths, one for each sample.
     pub(crate) paths: u64,
@@ -53,9 +54,9 @@ pub(crate) struct Summary {
     pub(crate) stopped: Stop,
     /// Seconds by stage.
     pub(crate) seconds: Seconds,
-    /// Million rays in a second of tracing.
+    /// Million rays per second of tracing.
     pub(crate) mrays_per_second: f64,
-    /// Million camera paths in a second of tracing.
+    /// Million camera paths per second of tracing.
     pub(crate) mpaths_per_second: f64,
     /// The integrator that rendered.
     pub(crate) integrator: String,
@@ -63,21 +64,21 @@ pub(crate) struct Summary {
     pub(crate) choice: Option<String>,
     /// Error of the image; `null` below two batches or where all is black.
     pub(crate) relative_error: Option<RelativeError>,
-    /// What the error bars promise.
+    /// The guarantee of the error bars.
     pub(crate) intervals: Intervals,
     /// Samples that were not finite and were left out.
     pub(crate) dropped_samples: u64,
-    /// Rays that were given up, their samples incomplete.
+    /// Rays that were cut short, their samples incomplete.
     pub(crate) truncated_rays: u64,
     /// Options in force that bias the picture, and light that no path finds.
     pub(crate) biased: Vec<String>,
     /// Exposure of the PNG, where it follows from the picture.
     pub(crate) exposure: Option<Automatic>,
-    /// What another exposure of the PNG would bring out.
+    /// A hint at a better exposure of the PNG.
     pub(crate) exposure_hint: Option<Hint>,
     /// Bytes held on the device; all of them at once.
     pub(crate) peak_device_bytes: u64,
-    /// What was not as written, or decided without being asked.
+    /// Deviations from the file, and automatic decisions.
     pub(crate) warnings: Vec<String>,
 }
 
@@ -97,9 +98,11 @@ pub(crate) struct Seconds {
     pub(crate) load: f64,
     /// Opening the device.
     pub(crate) device: f64,
-    /// Building the BVH, the lights and the textures, and composing and compiling the kernel beside them.
+    /// Building the BVH, the lights and the textures, and composing and compiling the kernel beside
+    /// them.
     pub(crate) bvh: f64,
-    /// Uploading the scene, and the kernel of the first hits; all of compilation where the kernel turned out to be another.
+    /// Uploading the scene, and the kernel of the first hits; all of compilation where the kernel
+    /// turned out to be another.
     pub(crate) compile: f64,
     /// Deciding where samples go, with `--adaptive`.
     pub(crate) adapt: f64,
@@ -118,14 +121,15 @@ pub(crate) struct Seconds {
 pub(crate) struct RelativeError {
     /// Mean over pixels.
     pub(crate) mean: f64,
-    /// What 95 % of the pixels stay below.
+    /// The 95th percentile.
     pub(crate) percentile_95: f64,
-    /// Whether these are upper bounds: all points of a pixel are then of one sequence, and batches make up for each other.
+    /// Whether these are upper bounds: all points of a pixel are then of one sequence, and batches
+    /// compensate each other.
     pub(crate) upper_bound: bool,
 }
 
 impl RelativeError {
-    /// What a film's batches tell of its error; `one_sequence`: they are not independent.
+    /// The error of a film by its batches; `one_sequence`: they are not independent.
     pub(crate) fn new(error: ErrorSummary, one_sequence: bool) -> Self {
         Self { mean: error.mean, percentile_95: error.percentile_95, upper_bound: one_sequence }
     }
@@ -144,15 +148,17 @@ impl Display for RelativeError {
 pub(crate) struct Intervals {
     /// Of the pixels that light can reach, the share that is certified.
     pub(crate) certified: f64,
-    /// What the tails say of the pixels so far, certified or not; `null` below 64 samples a pixel.
+    /// The verdict of tails on the pixels so far, certified or not; `null` below 64 samples per
+    /// pixel.
     pub(crate) provisional: Option<Provisional>,
     /// Confidence of each interval.
     pub(crate) confidence: f64,
-    /// What makes an interval of a standard error.
+    /// The bound that makes an interval of a standard error.
     pub(crate) bound: String,
-    /// Relative half-width that nine tenths of the certified pixels stay within; `null` where none is certified.
+    /// Relative half-width that nine tenths of the certified pixels stay within; `null` where none
+    /// is certified.
     pub(crate) half_width: Option<f64>,
-    /// The half-width asked for.
+    /// The requested half-width.
     pub(crate) target: Option<f64>,
 }
 
@@ -169,11 +175,11 @@ pub(crate) struct Provisional {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Stop {
-    /// Every target was met.
+    /// Every target was reached.
     Done,
     /// `--time` was up before `--spp`.
     Time,
-    /// The most samples that it may take did not bring the error asked for.
+    /// The maximum number of samples did not reach the requested error.
     Samples,
     /// Ctrl-C.
     Interrupt,
@@ -187,7 +193,7 @@ impl Summary {
 }
 
 impl Display for Summary {
-    /// First what was made and how good it is, then how.
+    /// First the outputs and their quality, then the method.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for line in self.quality().into_iter().chain(self.remarks()).chain(self.work()) {
             writeln!(f, "{}", one_line(&line))?;
@@ -213,12 +219,12 @@ impl Summary {
         lines.chain(remarks).map(|line| one_line(&line) + "\n").collect()
     }
 
-    /// What was made, and how good it is: the image, its noise, and the verdicts on its error bars.
+    /// The outputs and their quality: the image, its noise, and the verdicts on its error bars.
     fn quality(&self) -> Vec<String> {
         let place = self.crop.map_or_else(String::new, |[x, y, ..]| format!(" at {x},{y}"));
         let noise = match self.relative_error {
             Some(error) => error.to_string(),
-            None if self.spp < 2 => "unknown: an estimate takes two samples a pixel".to_owned(),
+            None if self.spp < 2 => "unknown: an estimate takes two samples per pixel".to_owned(),
             None => "unknown: the image is black".to_owned(),
         };
         let mut lines = Vec::from([
@@ -229,7 +235,7 @@ impl Summary {
         lines
     }
 
-    /// What limits the picture, and what to do about it.
+    /// Limits of the picture, and remedies.
     fn remarks(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if let Some(exposure) = &self.exposure {
@@ -245,7 +251,7 @@ impl Summary {
             lines.push(format!("dropped   {} samples that were not finite", self.dropped_samples));
         }
         if let Some(checkpoint) = &self.checkpoint {
-            lines.push(format!("resume    --resume goes on from {checkpoint}"));
+            lines.push(format!("resume    --resume continues from {checkpoint}"));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning   {warning}")));
         lines
@@ -277,7 +283,7 @@ impl Summary {
     }
 
     fn samples(&self) -> String {
-        let mut line = format!("samples   {} a pixel", self.spp);
+        let mut line = format!("samples   {} per pixel", self.spp);
         if let [least, most] = self.pixel_samples
             && least < most
         {
@@ -301,11 +307,12 @@ impl Summary {
 }
 
 impl Intervals {
-    /// What is known of the error bars, from what is certain to what is known best.
+    /// Findings about the error bars, the most certain first.
     fn verdict(&self, spp: u64, extendable: bool) -> Vec<String> {
         let resume = if extendable { "--resume " } else { "" };
         let confidence = Percent(self.confidence);
-        if let Some(half_width) = self.half_width.filter(|_| spp >= LEAST_SAMPLES || self.certified >= CERTIFIED_SHARE)
+        if let Some(half_width) =
+            self.half_width.filter(|_| spp >= MIN_CERTIFIED_SAMPLES || self.certified >= CERTIFIED_SHARE)
         {
             let outcome = match self.target {
                 None => String::new(),
@@ -313,16 +320,16 @@ impl Intervals {
                 Some(_) if self.certified < CERTIFIED_SHARE => {
                     ", but half of the pixels must be certified: rare, bright samples dominate the others".to_owned()
                 }
-                Some(target) => format!("; the target of {} is met", Percent(target)),
+                Some(target) => format!("; the target of {} is reached", Percent(target)),
             };
             let (share, half_width) = (Percent(self.certified), Percent(half_width));
             return vec![format!(
                 "certified {share} of the pixels that light can reach; nine tenths of these within {half_width} at {confidence} confidence{outcome}"
             )];
         }
-        let mut lines = Vec::from([if spp < LEAST_SAMPLES {
+        let mut lines = Vec::from([if spp < MIN_CERTIFIED_SAMPLES {
             format!(
-                "certified no pixel yet: a certificate takes {LEAST_SAMPLES} samples ({resume}--spp {LEAST_SAMPLES})"
+                "certified no pixel yet: a certificate takes {MIN_CERTIFIED_SAMPLES} samples ({resume}--spp {MIN_CERTIFIED_SAMPLES})"
             )
         } else {
             format!(
@@ -435,8 +442,8 @@ mod tests {
         let text = summary().to_string();
         for line in [
             "image     box.png, box.exr (640x480 at 8,2)\n",
-            "resume    --resume goes on from box.checkpoint.exr\n",
-            "samples   12 a pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, shared by 2×2 pixels, 20.0 million rays\n",
+            "resume    --resume continues from box.checkpoint.exr\n",
+            "samples   12 per pixel of 64 when the time was up, 4 of them from a checkpoint; 3.69 million paths, shared by 2×2 pixels, 20.0 million rays\n",
             "speed     1.84 Mpaths/s, 10.0 Mrays/s\n",
             "noise     3.1 % mean, 9.8 % at the 95th percentile",
             "certified 99 % of the pixels that light can reach; nine tenths of these within 5.1 % at 95 % confidence\n",
@@ -450,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn it_leads_with_what_was_made_and_how_good_it_is() {
+    fn it_leads_with_the_outputs_and_their_quality() {
         let text = summary().to_string();
         let heads: Vec<_> = text.lines().filter_map(|line| line.split_whitespace().next()).collect();
         assert_eq!(heads[..3], ["image", "noise", "certified"]);

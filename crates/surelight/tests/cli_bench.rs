@@ -1,4 +1,5 @@
-//! `surelight bench` from end to end on a tiny scene: the report, its data, resuming, Ctrl-C, comparing, what is refused.
+//! `surelight bench` from end to end on a tiny scene: the report, its data, resuming, Ctrl-C,
+//! comparing, refused options.
 
 mod common;
 
@@ -93,7 +94,7 @@ fn a_report_is_whole_and_its_data_are_right() {
         assert!(number("dispatch_s") >= 0.999 * number("device_s") && number("wall_s") >= number("dispatch_s"));
     }
 
-    // What the page computes is computed from the rows.
+    // The page is computed from the rows.
     let data = read_data(&folder.path("report/data.json")).unwrap();
     let scene = &data.scenes[0];
     assert_eq!((scene.rows.len(), scene.methods.len()), (rows.len(), 2));
@@ -101,7 +102,8 @@ fn a_report_is_whole_and_its_data_are_right() {
     for (row, line) in scene.rows.iter().zip(&rows) {
         assert!((row.rel_mse - line[column("rel_mse")].parse::<f64>().unwrap()).abs() <= 1e-6 * row.rel_mse.abs());
     }
-    // Independent samples converge as N^−½; with other seeds the slope was −0.494, −0.504, −0.494, each ± 0.015.
+    // Independent samples converge as N^−½; with other seeds the slope was −0.494, −0.504, −0.494,
+    // each ± 0.015.
     let slope = scene.slope(0).unwrap();
     assert!((slope.value + 0.5).abs() < 0.05 && slope.high - slope.low < 0.1, "{slope:?}");
     // Whitted's has a floor.
@@ -113,7 +115,7 @@ fn a_report_is_whole_and_its_data_are_right() {
 }
 
 #[test]
-fn resuming_measures_only_what_is_missing() {
+fn resuming_measures_only_missing_trials() {
     let folder = Folder::new();
     folder.run(&format!("{TINY} --spp 8 -o report")).succeeded();
     // As if it had been interrupted in the second repeat of the second method.
@@ -134,7 +136,8 @@ fn resuming_measures_only_what_is_missing() {
             .iter()
             .find(|r| old["method"] == r.method && old["repeat"] == r.repeat && old["spp"] == r.spp)
             .unwrap();
-        // The same samples and reference, whenever they are traced; times stay where nothing was done again.
+        // The same samples and reference, whenever they are traced; times stay where nothing was
+        // done again.
         assert!((new.rel_mse / old["rel_mse"].as_f64().unwrap() - 1.0).abs() < 1e-6);
         let redone = (new.method, new.repeat) == (1, 1);
         assert!(redone || old["wall_seconds"] == new.wall_seconds);
@@ -219,10 +222,10 @@ fn shared_paths_can_be_raced() {
     let [alone, shared] = ["mis/sobol", "mis/sobol, shared paths"];
     let [alone_once, shared_once] = [alone, shared].map(|name| format!("{name} ≤ 1 bounce"));
     assert_eq!(raced, [(&*alone_once, "off"), (&*shared_once, "on"), (alone, "off"), (shared, "on")]);
-    // Light of one bounce comes from lamps alone.
-    let told: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
-    assert_eq!(told, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
-    // Where they are shared, more rays are walked for as many paths.
+    // Light of one bounce is from lamps alone.
+    let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
+    assert_eq!(output, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
+    // With path reuse, more rays are traced for as many paths.
     let rays = |method| data.scenes[0].rows_of(method).filter(|row| row.spp == 4).map(|row| row.rays).sum::<u64>();
     assert_eq!(rays(0), rays(1));
     assert!(rays(3) > rays(2) + rays(2) / 10, "{} against {}", rays(3), rays(2));
@@ -242,7 +245,7 @@ fn a_given_reference_and_other_renderers_are_taken() {
     folder.run(&format!("{TINY} --spp 4 -o report --reference ref.exr --overlay peers.csv")).succeeded();
     let page = text(&folder, "report/index.html");
     assert!(page.contains("Elsewhere") && page.contains("reference by ref.exr with 256 samples a pixel"));
-    // A race between renderers, drawn on what is measured already; its pictures had 256×256 pixels.
+    // A race between renderers, drawn on existing measurements; its pictures had 256×256 pixels.
     let races = r#"[{"scene": "cornell-box", "renderer": "Somebody", "spp": 64, "mpaths": 4.0, "relmse": 0.005, "efficiency": 190.735}]"#;
     std::fs::write(folder.path("races.json"), races).unwrap();
     let ran = folder.run(&format!("{TINY} --spp 4 -o report --resume --overlay races.json")).succeeded();

@@ -1,4 +1,4 @@
-//! `compare` tells renders of one scene from those of another estimator, and says so by its exit code.
+//! `compare` distinguishes renders of one scene from those of another estimator, by its exit code.
 
 mod common;
 
@@ -18,7 +18,7 @@ fn renders() -> Folder {
 fn two_seeds_agree_and_whitted_does_not() {
     let folder = renders();
     let same = folder.run("compare a.exr b.exr").succeeded();
-    for words in ["mean ", "RMSE ", "relMSE ", "SMAPE ", "FLIP ", "the same", "would have been seen"] {
+    for words in ["mean ", "RMSE ", "relMSE ", "SMAPE ", "FLIP ", "the same", "would have been detected"] {
         assert!(same.stdout.contains(words), "{words:?} is missing: {same:#?}");
     }
     let json: Value = serde_json::from_str(&folder.run("compare a.exr b.exr --json").succeeded().stdout).unwrap();
@@ -26,7 +26,7 @@ fn two_seeds_agree_and_whitted_does_not() {
     assert_eq!((&verdict["differ"], &verdict["tiles"], &json["pixels"]), (&false.into(), &4.into(), &1024.into()));
     // Else "the same" would say nothing.
     let detectable = verdict["detectable"].as_f64().unwrap();
-    assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be seen");
+    assert!(detectable > 0.0 && detectable < 0.05, "only a bias of {detectable} would be detected");
     assert!(json["mean_relative"].as_f64().unwrap().abs() < detectable, "{json}");
     assert_eq!(json["notes"], Value::Array(vec![]));
     assert_eq!((&verdict["outcome"], &json["plan"]), (&"same".into(), &Value::Null));
@@ -48,7 +48,8 @@ fn two_seeds_agree_and_whitted_does_not() {
     );
     let map = image::open(folder.path("map.png")).unwrap().to_rgb8();
     assert_eq!((map.width(), map.height()), (32, 32));
-    // Without light between surfaces most of the box is darker: the cool arm has more blue than red.
+    // Without light between surfaces most of the box is darker: the cool arm has more blue than
+    // red.
     let darker = map.pixels().filter(|p| p[2] > p[0]).count();
     assert!(darker > 512, "{darker} of 1024 pixels are shown as darker");
 
@@ -69,7 +70,7 @@ fn an_image_is_itself() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn incomparable_images_are_reported() {
     let folder = Folder::new();
     folder.run("{box} --size 16x16 --spp 2 -o a.exr --quiet").succeeded();
     folder.run("{box} --size 16x12 --spp 2 -o small.exr --quiet").succeeded();
@@ -97,22 +98,22 @@ fn images_of_other_renderers_get_metrics_and_with_a_variance_a_verdict() {
     foreign(&folder, "variance.exr", 1e-6);
     let plain = folder.run("compare a.exr other.exr --map map.png").succeeded();
     assert!(plain.stdout.contains("RMSE") && plain.stdout.contains("verdict   none"), "{plain:#?}");
-    assert!(plain.stdout.contains("other.exr does not know its variance"), "{plain:#?}");
+    assert!(plain.stdout.contains("other.exr has no variance"), "{plain:#?}");
     assert!(folder.files().contains(&"map.png".to_owned()));
     let judged = folder.run("compare a.exr other.exr --reference-variance variance.exr");
     assert_eq!(judged.code, Some(4), "{judged:#?}");
 }
 
 #[test]
-fn what_noise_hides_is_not_called_the_same() {
+fn differences_below_noise_are_not_called_the_same() {
     let folder = Folder::new();
     folder.run("{box} --size 16x16 --spp 64 -o a.exr --quiet").succeeded();
     folder.run("{box} --size 16x16 --spp 64 --max-bounces 0 -o dark.exr --quiet").succeeded();
     foreign(&folder, "other.exr", 0.5);
     foreign(&folder, "noise.exr", 1e6);
     let noisy = "compare a.exr other.exr --reference-variance noise.exr";
-    let told = folder.run(noisy).succeeded();
-    assert!(told.stdout.contains("cannot tell") && told.stdout.contains("Tail.K"), "{told:#?}");
+    let output = folder.run(noisy).succeeded();
+    assert!(output.stdout.contains("cannot tell") && output.stdout.contains("Tail.K"), "{output:#?}");
     let json: Value = serde_json::from_str(&folder.run(&format!("{noisy} --json")).succeeded().stdout).unwrap();
     assert_eq!((&json["verdict"]["outcome"], &json["verdict"]["differ"]), (&"cannot tell".into(), &false.into()));
     for (line, code) in [

@@ -43,7 +43,7 @@ fn a_missing_scene_is_named() {
 }
 
 #[test]
-fn a_truncated_glb_is_told() {
+fn a_truncated_glb_is_reported() {
     let folder = Folder::new();
     let whole = fs::read(cornell_box()).unwrap();
     for length in [0, 4, 11, 12, 20, whole.len() / 2, whole.len() - 1] {
@@ -54,7 +54,7 @@ fn a_truncated_glb_is_told() {
 }
 
 #[test]
-fn what_is_not_gltf_is_told() {
+fn files_other_than_gltf_are_reported() {
     let folder = Folder::new();
     fs::write(folder.path("a.glb"), "This is a poem.").unwrap();
     fs::write(folder.path("a.gltf"), "{\"asset\": {\"version\": \"1.0\"}}").unwrap();
@@ -65,7 +65,7 @@ fn what_is_not_gltf_is_told() {
     assert_eq!(folder.files(), ["a.glb", "a.gltf", "folder.glb"]);
 }
 
-/// Files of other kinds are named by what they are, scenes and environments.
+/// Messages name the kind of other files, for scenes and environments.
 #[test]
 fn files_of_the_wrong_kind_are_recognised() {
     let folder = Folder::new();
@@ -105,7 +105,7 @@ fn devices_are_not_read() {
 /// kills the program.
 #[cfg(unix)]
 #[test]
-fn the_limit_on_file_sizes_is_told() {
+fn the_limit_on_file_sizes_is_reported() {
     let folder = Folder::new();
     let script = "ulimit -f 1 && exec \"$0\" \"$@\"";
     let program = env!("CARGO_BIN_EXE_surelight");
@@ -151,7 +151,7 @@ fn a_missing_image_is_a_warning_and_a_missing_buffer_an_error() {
     let summary: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     let warnings = summary["warnings"].to_string();
     assert!(warnings.contains("wood.png"), "{warnings}");
-    // No camera and no light in that file: both are told.
+    // No camera and no light in that file: both are reported.
     assert!(warnings.contains("camera") && warnings.contains("sky"), "{warnings}");
 }
 
@@ -168,7 +168,8 @@ fn outputs_are_checked_before_rendering() {
     assert_eq!(folder.files(), ["b.exr"]);
 }
 
-/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every command.
+/// Files outside the scene's folder are read where `--allow-outside` names their folder, by every
+/// command.
 #[test]
 fn textures_outside_the_scenes_folder_need_permission() {
     let folder = Folder::new();
@@ -186,8 +187,8 @@ fn textures_outside_the_scenes_folder_need_permission() {
         let read = folder.run(&format!("{command} --allow-outside scenes --allow-outside textures")).succeeded();
         assert!(!read.stdout.contains("a.png,") && !read.stdout.contains("allow-outside"), "{read:#?}");
     }
-    let look = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
-    let measured = folder.run(&format!("measure scenes/a.gltf {look}")).succeeded().stdout;
+    let ray = "--point 0.2,0.2,1 --direction 0,0,-1 --spp 1 --json --allow-outside textures";
+    let measured = folder.run(&format!("measure scenes/a.gltf {ray}")).succeeded().stdout;
     assert!(!measured.contains("allow-outside"), "{measured}");
 
     let over = "scenes/a.gltf --size 8x8 --spp 1 -o textures/a.png --allow-outside textures";
@@ -219,7 +220,7 @@ fn a_texture_of_the_scene_is_not_overwritten() {
 }
 
 #[test]
-fn choices_that_do_not_exist_are_told_with_those_that_do() {
+fn unknown_choices_are_reported_with_the_known_ones() {
     let folder = Folder::new();
     folder.run("{box} --camera nowhere").failed_with(&["nowhere", "cornell-box.glb"]);
     folder.run("{box} --scene 7").failed_with(&["scene", "7"]);
@@ -241,7 +242,7 @@ fn an_image_beyond_memory_is_refused() {
 /// Only Vulkan can be hidden from a program by its environment.
 #[cfg(target_os = "linux")]
 #[test]
-fn no_adapter_is_told_with_the_remedy() {
+fn no_adapter_is_reported_with_the_remedy() {
     let folder = Folder::new();
     let scene = cornell_box();
     for args in [vec![scene.as_os_str()], vec![std::ffi::OsStr::new("devices")]] {
@@ -256,17 +257,18 @@ fn no_adapter_is_told_with_the_remedy() {
     assert!(folder.files().is_empty());
 }
 
-/// A file-size limit stands in for a full disk: the image does not fit, and nothing of it stays.
+/// A file-size limit replaces a full disk: the image does not fit, and nothing of it stays.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_nothing_behind() {
     let folder = Folder::new();
     let output = std::process::Command::new("sh")
-        // 512-byte blocks; a size limit also raises SIGXFSZ, which must be ignored to see the error.
+        // 512-byte blocks; a size limit also raises SIGXFSZ, which must be ignored to see the
+        // error.
         .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_surelight")])
         .arg(cornell_box())
         .args(["--size", "64x64", "--spp", "1", "--quiet", "-o", "a.exr"])
-        .env("MESA_SHADER_CACHE_DISABLE", "true") // its cache would meet the limit too
+        .env("MESA_SHADER_CACHE_DISABLE", "true") // its cache would reach the limit too
         .current_dir(folder.path("."))
         .output()
         .unwrap();
@@ -274,9 +276,8 @@ fn a_full_disk_leaves_nothing_behind() {
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
 
-/// An image that fails costs neither those after it nor the samples, and the error says what is
-/// saved.
-/// The device that is always full takes the place of a full disk.
+/// An image that fails costs neither those after it nor the samples, and the error lists the saved
+/// files. /dev/full replaces a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn one_output_that_fails_does_not_cost_the_others() {
@@ -286,13 +287,13 @@ fn one_output_that_fails_does_not_cost_the_others() {
     folder.run(line).failed_with(&[
         "the file \"full.exr\" could not be written: the disk is full",
         "\"a.png\", \"b.exr\" were saved",
-        "--resume goes on from \"a.checkpoint.exr\"",
+        "--resume continues from \"a.checkpoint.exr\"",
     ]);
     assert_eq!(folder.files(), ["a.checkpoint.exr", "a.png", "b.exr", "full.exr"]);
     let saved = fs::read(folder.path("b.exr")).unwrap();
     assert!(image::open(folder.path("a.png")).is_ok());
 
-    // With room made, what is left to do is to write: no sample is taken again.
+    // With space available, only writing remains: no sample is taken again.
     fs::remove_file(folder.path("full.exr")).unwrap();
     folder.run(&format!("{line} --resume")).succeeded();
     assert_eq!(folder.files(), ["a.png", "b.exr", "full.exr"]);

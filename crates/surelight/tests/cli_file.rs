@@ -1,10 +1,11 @@
-//! What is taken out of a file: variants and moments of animations, by `surelight measure`.
+//! Parts of a file: variants and moments of animations, by `surelight measure`.
 
 mod common;
 
 use common::Folder;
 
-/// A red triangle before the eye, green as a variant, that an animation takes ten metres away within a second.
+/// A red triangle before the camera, green as a variant, that an animation takes ten metres away
+/// within a second.
 const SCENE: &str = r#"{
 "asset": {"version": "2.0"},
 "extensionsUsed": ["KHR_materials_variants"],
@@ -27,7 +28,7 @@ const SCENE: &str = r#"{
 "buffers": [{"byteLength": 68, "uri": "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAACBBAAAAAAAAAAA="}]
 }"#;
 
-/// Luminance that a look along −Z meets.
+/// Luminance along −Z.
 fn seen(options: &str) -> f64 {
     let folder = Folder::new();
     std::fs::write(folder.path("a.gltf"), SCENE).unwrap();
@@ -51,7 +52,7 @@ fn variants_and_moments_are_chosen() {
 }
 
 #[test]
-fn what_is_not_in_the_file_is_told() {
+fn unknown_selections_are_reported() {
     let folder = Folder::new();
     std::fs::write(folder.path("a.gltf"), SCENE).unwrap();
     let line = "measure a.gltf --point 0,0,3 --direction 0,0,-1";

@@ -1,4 +1,5 @@
-//! Integrals of formulas: sampling and quadrature agree with the truth where they should, and quadrature is told off where not.
+//! Integrals of formulas: sampling and quadrature agree with the truth where they should, and a
+//! warning says where quadrature fails.
 
 mod common;
 
@@ -25,8 +26,8 @@ fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or_else(|| panic!("no {key} in {row}"))
 }
 
-/// The three samplers' intervals, at 99.99 %, hold the truth: α = 1e-4 each. `width` is what the widest may have at most, which
-/// bounds the bias that could hide.
+/// The three samplers' intervals, at 99.99 %, hold the truth: α = 1e-4 each. `width` is the limit
+/// for the widest, which bounds a hidden bias.
 #[track_caller]
 fn sampling_holds(report: &Value, truth: f64, width: f64) {
     for method in ["independent", "stratified", "Sobol"] {
@@ -41,7 +42,8 @@ fn sampling_holds(report: &Value, truth: f64, width: f64) {
 #[test]
 fn the_lectures_example_is_one() {
     let report = json("5*pow(x,4)", "--over 0..1 --exact 1 --confidence 99.99%");
-    // σ² = 16/9 (the lecture's "variance: what is it?"): the standard error of 2^20 samples is 0.0013.
+    // σ² = 16/9 (the lecture's "variance: what is it?"): the standard error of 2^20 samples is
+    // 0.0013.
     sampling_holds(&report, 1.0, 0.0013 * 6.0);
     assert!((number(row(&report, "independent"), "half_width") / 0.0013 / 4.4 - 1.0).abs() < 0.6, "{report}");
     for rule in ["midpoint", "Simpson", "Gauss"] {
@@ -64,7 +66,8 @@ fn a_constant_and_ten_dimensions() {
 
 #[test]
 fn quadrature_fails_on_an_edge_in_two_dimensions() {
-    // A square whose edges fall between the nodes: an error of up to 1/1024 of it whatever the rule's order.
+    // A square whose edges fall between the nodes: an error of up to 1/1024 of it whatever the
+    // rule's order.
     let report = json("f32(max(x, y) < sqrt(0.5))", "--over 0..1,0..1 --exact 0.5 --confidence 99.99%");
     sampling_holds(&report, 0.5, 0.003);
     let sobol = number(row(&report, "Sobol"), "half_width");
@@ -92,7 +95,8 @@ fn quadrature_fails_in_six_dimensions() {
         assert!(error > 4.0 * best, "{rule}: {error} against {best}");
     }
     assert_eq!(report["notes"].to_string().matches("quadrature fails").count(), 3, "{report}");
-    // An orthant of the 6-ball: π³/6/64. Points that are well spread in pairs of dimensions must not be tied across them.
+    // An orthant of the 6-ball: π³/6/64. Points that are well spread in pairs of dimensions must
+    // not be tied across them.
     let ball = "f32(x*x + y*y + z*z + w*w + x4*x4 + x5*x5 < 1)";
     let report = json(ball, &format!("--over {} --confidence 99.99%", ["0..1"; 6].join(",")));
     sampling_holds(&report, PI.powi(3) / 384.0, 0.002);
@@ -109,8 +113,9 @@ fn the_chart_shows_every_method_and_its_slope() {
         assert!(svg.contains(word), "{word}");
     }
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
-    // Least squares over 14 points; a standard error from 32 replicates has a spread of 1/√62 = 13 %, so that the slope's standard
-    // deviation is 0.13 / (ln 2 · √(Σ(k−k̄)²)) = 0.012: five of them are allowed.
+    // Least squares over 14 points; a standard error from 32 replicates has a spread of 1/√62 = 13
+    // %, so that the slope's standard deviation is 0.13 / (ln 2 · √(Σ(k−k̄)²)) = 0.012: five of
+    // them are allowed.
     let slope = |method: &str| {
         let points: Vec<(f64, f64)> = row(&report, method)["convergence"]
             .as_array()
@@ -130,7 +135,7 @@ fn the_chart_shows_every_method_and_its_slope() {
 }
 
 #[test]
-fn values_that_are_not_finite_are_counted_and_heavy_tails_told() {
+fn values_that_are_not_finite_are_counted_and_heavy_tails_reported() {
     let report = json("1/x", "--over 0..1 --samples 65536");
     // Simpson's first node is 0.
     assert_eq!(number(row(&report, "Simpson"), "non_finite"), 1.0);
@@ -156,7 +161,7 @@ fn the_seed_alone_decides() {
 }
 
 #[test]
-fn bad_formulas_are_told_with_the_column() {
+fn bad_formulas_are_reported_with_the_column() {
     let folder = Folder::new();
     for (formula, words) in [
         ("5*powr(x,4)", ["column 3", "powr"]),

@@ -48,7 +48,7 @@ fn an_interrupt_saves_the_image() {
     let spp = summary["spp"].as_u64().unwrap();
     assert!(spp >= 1);
     let samples = &read_exr(&folder.path("a.exr")).unwrap().channels["Samples.N"];
-    assert!(samples.iter().all(|&n| n as u64 == spp), "the image holds another number of samples than is told");
+    assert!(samples.iter().all(|&n| n as u64 == spp), "the image holds another number of samples than reported");
 }
 
 #[test]
@@ -66,8 +66,8 @@ fn a_second_interrupt_ends_at_once() {
     assert!(matches!(code, Some(130 | 3)), "{code:?}");
 }
 
-/// Before there is anything to write, the first one ends the program, even where reading waits for
-/// ever.
+/// Before there is anything to write, the first one ends the program, even where reading waits
+/// without end.
 #[test]
 fn an_interrupt_while_loading_ends_at_once() {
     let folder = Folder::new();

@@ -49,8 +49,9 @@ fn exactly(report: &Value, truth: f64) {
     assert!((lux(report) - truth).abs() <= 1e-5 * truth.abs() && half <= 1e-6 * truth.abs(), "{truth}: {report}");
 }
 
-/// Each channel's interval holds the truth. At 99.99 % and over four numbers a good estimator fails here once in 2,500 seeds; the
-/// seed is fixed. A bias of twice the half width is caught nine times in ten or more: `width` bounds it, as a share.
+/// Each channel's interval holds the truth. At 99.99 % and over four numbers a good estimator fails
+/// here once in 2,500 seeds; the seed is fixed. A bias of twice the half width is caught nine times
+/// in ten or more: `width` bounds it, as a share.
 #[track_caller]
 fn holds(report: &Value, truth: [f64; 3], width: f64) {
     for (channel, truth) in report["rgb"].as_array().unwrap().iter().zip(truth) {
@@ -127,10 +128,10 @@ fn a_uniform_sky_is_pi_times_its_radiance() {
 }
 
 #[test]
-fn radiance_along_a_ray_is_that_of_what_it_meets() {
+fn radiance_along_a_ray_is_that_of_its_hit() {
     use surelight_scenes::quad_light::{LAMP_RADIANCE, radiance};
     let folder = asset("quad-light.glb");
-    // The floor at (0.5, 0, 1), seen from straight above.
+    // The floor at (0.5, 0, 1), from straight above.
     let report = measure(&folder, "--point 0.5,3,1 --direction 0,-1,0 --error 0.5% --confidence 99.99%");
     holds(&report, radiance(0.5, 1.0), 0.007);
     // The lamp itself: no noise.
@@ -154,7 +155,8 @@ fn a_region_is_the_mean_of_its_pixels() {
             let (mean, variance) = (sum(name.to_owned()) / count, sum(format!("Variance.{name}")) / (count * count));
             let value = report["rgb"][c]["value"].as_f64().unwrap();
             let error = (variance + (report["rgb"][c]["half_width"].as_f64().unwrap() / 1.96).powi(2)).sqrt();
-            // Nine tests at 4.5 standard errors: α = 6e-5. The whole image would show a bias of 3 %.
+            // Nine tests at 4.5 standard errors: α = 6e-5. The whole image would show a bias of 3
+            // %.
             assert!((value - mean).abs() <= 4.5 * error, "{name}: {value} {mean} ± {error}");
             assert!(count < 1000.0 || error < 0.01 * mean, "{name}: {mean} ± {error}");
         }
@@ -164,8 +166,9 @@ fn a_region_is_the_mean_of_its_pixels() {
 
 #[test]
 fn intervals_cover() {
-    // 40 seeds at 75 %: fewer than 19 or more than 38 hits have a probability below 1e-4 if the coverage is right; an error bar of
-    // half its proper width (coverage 0.43) fails with 63 %, one of a third (0.30) with 98 %.
+    // 40 seeds at 75 %: fewer than 19 or more than 38 hits have a probability below 1e-4 if the
+    // coverage is right; an error bar of half its proper width (coverage 0.43) fails with 63 %, one
+    // of a third (0.30) with 98 %.
     use surelight_scenes::quad_light::{LAMP_RADIANCE, lamp};
     let folder = asset("quad-light.glb");
     let truth = f64::from(LAMP_RADIANCE[1]) * polygon_irradiance(DVec3::new(0.0, 0.0, 0.6), DVec3::Y, &lamp());
@@ -190,7 +193,7 @@ fn targets_out_of_reach_end_with_3() {
     assert!(report["seconds"].as_f64().unwrap() < 20.0);
     let ended = ran(&folder, &format!("{at} --error 0.0001% --spp 200000 --json"));
     assert_eq!((ended.code, ended.stdout.contains("\"stopped\":\"samples\"")), (Some(3), true), "{ended:#?}");
-    // Time alone is met.
+    // Time alone is a target that is reached.
     assert_eq!(measure(&folder, &format!("{at} --time 2s"))["stopped"], "done");
     // Darkness proves nothing.
     let folder = lit_by(LightKind::Point { position: DVec3::Y }, [1.0; 3]);
@@ -200,7 +203,7 @@ fn targets_out_of_reach_end_with_3() {
 }
 
 #[test]
-fn wrong_usage_is_told() {
+fn wrong_usage_is_reported() {
     let folder = asset("quad-light.glb");
     for options in [
         "",

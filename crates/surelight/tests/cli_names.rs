@@ -1,4 +1,4 @@
-//! Names of files, folders and of what is in them: any script, any bytes, any length.
+//! Names of files, folders and their contents: any script, any bytes, any length.
 
 mod common;
 
@@ -95,7 +95,8 @@ fn cameras_have_names_in_any_script() {
     }
 }
 
-/// What no text can hold is still a name: it is recorded with U+FFFD in place of what is no UTF-8.
+/// Names that are no text are valid: they are recorded with U+FFFD in place of bytes that are not
+/// UTF-8.
 #[cfg(target_os = "linux")]
 #[test]
 fn paths_need_not_be_utf_8() {
@@ -157,7 +158,7 @@ fn names_may_be_as_long_as_the_file_system_allows() {
     assert_eq!(folder.files().len(), 3, "{:?}", folder.files());
 }
 
-/// What is written through a link is the file it names, whether that is there already or not.
+/// A write through a link goes to the file it names, whether that exists already or not.
 #[cfg(unix)]
 #[test]
 fn outputs_are_written_through_links() {

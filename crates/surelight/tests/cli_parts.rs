@@ -1,4 +1,5 @@
-//! Renders in parts: however one is cut, interrupted or killed, the files are those of a single run, byte for byte.
+//! Renders in parts: however one is cut, interrupted or killed, the files are those of a single
+//! run, byte for byte.
 
 mod common;
 
@@ -47,7 +48,7 @@ fn four_slices_and_four_crops_merge_to_the_whole() {
 }
 
 #[test]
-fn merge_tells_what_is_missing_and_refuses_what_does_not_belong() {
+fn merge_lists_missing_parts_and_refuses_foreign_ones() {
     let folder = Folder::new();
     for (name, spp, options) in [
         ("a", 16, "--samples 0..4"),
@@ -113,7 +114,7 @@ fn finished_renders_are_extended() {
     assert!(certified["intervals"]["certified"].as_f64() > Some(0.5), "{certified}");
     assert_eq!(read_exr(&folder.path("a.exr")).unwrap().surelight_metadata().unwrap().extended_from, [64, 128]);
 
-    // There is nothing left to add; the picture can still be shown otherwise.
+    // There is nothing to add; the picture can still be displayed differently.
     let before = read_exr(&folder.path("a.exr")).unwrap();
     let done = summary(&extended("--spp 512 -o a.exr -o a.png --exposure 1 --resume"));
     assert_eq!((&done["rays"], &done["spp"]), (&0.into(), &512.into()));
@@ -126,7 +127,7 @@ fn finished_renders_are_extended() {
     assert_eq!(summary(&ran)["resumed_spp"], 0);
 }
 
-/// Crops and adaptive samples extend as well, and an interrupted extension goes on.
+/// Crops and adaptive samples extend as well, and an interrupted extension can be resumed.
 #[test]
 fn extensions_of_crops_and_adaptive_renders() {
     let folder = Folder::new();
@@ -149,7 +150,7 @@ fn extensions_of_crops_and_adaptive_renders() {
     }
 }
 
-/// Parts of two adapters merge where the user says so, and the file says so, too.
+/// Parts of two adapters merge on request, and the file records it.
 #[test]
 fn parts_of_two_adapters_merge_on_request() {
     let folder = Folder::new();
@@ -194,7 +195,7 @@ fn settings_of_another_version_are_refused() {
 }
 
 #[test]
-fn where_a_part_may_be_cut_is_told() {
+fn valid_part_boundaries_are_reported() {
     let folder = Folder::new();
     for (options, words) in [
         ("--spp 1000 --samples 0..250", "224 and 256"),
@@ -211,8 +212,8 @@ fn where_a_part_may_be_cut_is_told() {
     assert!(folder.files().is_empty());
 }
 
-/// Starts a render that a signal ends while it traces, once it is `ready`, and returns its options: its image is as large as it takes
-/// for that to come in time. What it leaves is in the folder.
+/// Starts a render that a signal ends while it traces, once it is `ready`, and returns its options:
+/// its image is large enough for the signal to come in time. Its files are in the folder.
 #[cfg(unix)]
 fn stopped(folder: &Folder, options: &str, signal: &str, ready: impl Fn() -> bool) -> (String, Option<i32>) {
     for size in ["40x30", "400x300", "1600x1200"] {
@@ -245,8 +246,8 @@ fn stopped(folder: &Folder, options: &str, signal: &str, ready: impl Fn() -> boo
 
 #[cfg(unix)]
 #[test]
-fn killed_renders_go_on_to_the_same_bytes() {
-    // With a precision, what the pilot found has to be kept, too.
+fn killed_renders_resume_to_the_same_bytes() {
+    // With a precision, the pilot's result is kept, too.
     for goal in ["--spp 256", "--error 12%"] {
         let folder = Folder::new();
         let checkpoint = folder.path("a.checkpoint.exr");
@@ -263,7 +264,7 @@ fn killed_renders_go_on_to_the_same_bytes() {
 
 #[cfg(unix)]
 #[test]
-fn interrupted_renders_go_on_and_refuse_what_differs() {
+fn interrupted_renders_resume_and_refuse_other_settings() {
     let folder = Folder::new();
     // Ctrl-C takes effect once there is a sample, however early it comes.
     let (options, code) = stopped(&folder, "--spp 256", "-INT", || true);
@@ -295,7 +296,7 @@ fn interrupted_renders_go_on_and_refuse_what_differs() {
 }
 
 #[test]
-fn checkpoints_of_other_renders_are_told_and_left_alone() {
+fn checkpoints_of_other_renders_are_reported_and_left_alone() {
     let folder = Folder::new();
     // A checkpoint has the form of a part.
     box_of(&folder, 16, "--samples 0..4 -o a.checkpoint.exr").succeeded();
@@ -308,8 +309,7 @@ fn checkpoints_of_other_renders_are_told_and_left_alone() {
     assert!(ran.stderr.contains("checkpoint \"b.checkpoint.exr\"") && ran.stderr.contains("begins anew"), "{ran:#?}");
 }
 
-/// Coverage is cut, joined and gone on with like radiance, and parts without it are of another
-/// render.
+/// Coverage is cut, joined and resumed like radiance, and parts without it are of another render.
 #[test]
 fn transparent_parts_merge_and_resume_to_the_whole() {
     let folder = Folder::new();

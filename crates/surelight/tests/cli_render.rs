@@ -1,4 +1,4 @@
-//! What a render leaves: both images, all layers, a summary that adds up.
+//! The outputs of a render: both images, all layers, a consistent summary.
 
 mod common;
 
@@ -73,7 +73,7 @@ fn the_seed_alone_decides_the_noise() {
 #[test]
 fn time_stops_a_render() {
     let folder = Folder::new();
-    // Time alone is the target: met. Before a sample count it is a stop on the way.
+    // Time alone is the target: reached. Before a sample count it is a stop on the way.
     for (spp, code, stopped) in [("", 0, "done"), ("--spp 1000000", 3, "time")] {
         let ran = folder.run(&format!("{{box}} --size 16x16 --time 1.5s {spp} --json --quiet"));
         assert_eq!(ran.code, Some(code), "{ran:#?}");
@@ -86,9 +86,10 @@ fn time_stops_a_render() {
     assert_eq!(folder.files(), ["cornell-box.checkpoint.exr", "cornell-box.exr", "cornell-box.png"]);
 }
 
-/// In a room they do, by default: from as many paths on as make up for a kernel that takes longer to compile, whatever part of them is rendered.
+/// In a room they do, by default: from as many paths on as make up for a kernel that takes longer
+/// to compile, whatever part of them is rendered.
 #[test]
-fn pixels_share_paths_where_it_pays() {
+fn path_reuse_is_chosen_where_it_pays() {
     let folder = Folder::new();
     let shares = |options: &str| {
         let ran = folder.run(&format!("{{box}} --json --quiet -o a.exr {options}")).succeeded();
@@ -110,9 +111,13 @@ fn quiet_is_quiet_and_a_log_is_lines() {
     assert_eq!(quiet.stderr, "");
     assert!(quiet.stdout.lines().count() <= 4 && quiet.stdout.starts_with("image     "), "{}", quiet.stdout);
     let shared = folder.run("{box} --size 8x8 --spp 1 --shared-paths on").succeeded();
-    assert!(shared.stdout.contains("samples   1 a pixel; 64 paths, shared by 2×2 pixels, "), "{}", shared.stdout);
+    assert!(shared.stdout.contains("samples   1 per pixel; 64 paths, shared by 2×2 pixels, "), "{}", shared.stdout);
     let log = folder.run("{box} --size 8x8 --spp 1").succeeded();
-    assert!(log.stdout.contains("samples   1 a pixel; 64 paths, ") && !log.stdout.contains("shared"), "{}", log.stdout);
+    assert!(
+        log.stdout.contains("samples   1 per pixel; 64 paths, ") && !log.stdout.contains("shared"),
+        "{}",
+        log.stdout
+    );
     assert!(!log.stderr.is_empty() && !log.stderr.contains(['\r', '\u{1b}']), "{:?}", log.stderr);
 }
 
@@ -137,7 +142,7 @@ fn options_change_what_they_say() {
     };
     let (full, direct, none) = (mean(""), mean("--max-bounces 1"), mean("--max-bounces 0"));
     assert!(none < direct && direct < full, "{none} {direct} {full}");
-    // From far outside the box, the sky is what fills the image.
+    // From far outside the box, the sky fills the image.
     let sky = mean("--eye 1000,1000,1000 --target 2000,2000,2000 --sky 0.25,0,0");
     assert!((sky - 0.25).abs() < 1e-6, "{sky}");
 }
@@ -152,9 +157,10 @@ fn an_empty_scene_is_sky() {
     assert!(exr.channels["G"].iter().all(|&g| g == 1.0), "{:?}", exr.channels["G"]);
 }
 
-/// Of a box in the dark most pixels have less than was asked for, some more; the file says how many.
+/// In a box in the dark most pixels have fewer samples than requested, some more; the file records
+/// how many.
 #[test]
-fn adaptive_samples_are_told_of() {
+fn adaptive_samples_are_reported() {
     let folder = Folder::new();
     let far = "{box} --size 40x40 --eye 0,1,12 --target 0,1,0 --sky 0,0,0 --quiet";
     let ran = folder.run(&format!("{far} --spp 64 --adaptive --json -o a.exr")).succeeded();
@@ -162,7 +168,7 @@ fn adaptive_samples_are_told_of() {
     let exr = read_exr(&folder.path("a.exr")).unwrap();
     let counts = &exr.channels["Samples.N"];
     let [least, most] = [f32::min, f32::max].map(|of| counts.iter().copied().reduce(of).unwrap());
-    // A quarter of 60, and four of batches too short to be shared out.
+    // A quarter of 60, and four of batches too short to be distributed.
     assert!(least == 19.0 && most > 128.0, "{least} to {most} samples");
     assert_eq!(summary["pixel_samples"], serde_json::json!([least as u64, most as u64]));
     assert_eq!(summary["spp"], 64);
@@ -170,7 +176,7 @@ fn adaptive_samples_are_told_of() {
     assert!(exr.surelight_metadata().unwrap().settings.unwrap().adaptive);
     let loud = far.replace(" --quiet", "");
     let ran = folder.run(&format!("{loud} --spp 64 --adaptive -o a.png")).succeeded();
-    assert!(ran.stdout.contains(&format!("64 a pixel, {least} to {most} by noise")), "{}", ran.stdout);
+    assert!(ran.stdout.contains(&format!("64 per pixel, {least} to {most} by noise")), "{}", ran.stdout);
 
     // Two parts are the whole, bit for bit, if both are adaptive.
     for range in ["0..24", "24..64"] {
@@ -195,13 +201,13 @@ fn clipping_planes_are_followed_and_can_be_put_off() {
         let ran = folder.run(&format!("cut.glb --size 8x8 --spp 1 --json {clip} -o a.exr")).succeeded();
         let summary: Value = serde_json::from_str(&ran.stdout).unwrap();
         let exr = read_exr(&folder.path("a.exr")).unwrap();
-        let told = summary["warnings"].to_string().contains("nearer than znear = 1000 m");
-        (told, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
+        let is_warned = summary["warnings"].to_string().contains("nearer than znear = 1000 m");
+        (is_warned, exr.channels["Depth.Z"].iter().any(|&z| z > 0.0), exr.surelight_metadata().unwrap())
     };
-    let (told, shown, metadata) = render("");
-    assert!(told && !shown && !metadata.settings.unwrap().unclipped);
-    let (told, shown, metadata) = render("--clip off");
-    assert!(!told && shown && metadata.settings.unwrap().unclipped);
+    let (is_warned, shown, metadata) = render("");
+    assert!(is_warned && !shown && !metadata.settings.unwrap().unclipped);
+    let (is_warned, shown, metadata) = render("--clip off");
+    assert!(!is_warned && shown && metadata.settings.unwrap().unclipped);
 }
 
 /// The exposure that `auto` chooses is in the summary and in both files, and typed as a number it
@@ -234,8 +240,8 @@ fn automatic_exposure_is_recorded() {
     assert!(text.contains(&format!("exposure {ev:+.1} EV (auto: log-average luminance ")), "{text}");
 }
 
-/// A picture that its PNG does not show says so, with what to try; not where the exposure was
-/// chosen or there is no PNG.
+/// A picture without detail in its PNG comes with a hint; not where the exposure was chosen or
+/// there is no PNG.
 #[test]
 fn a_picture_too_dark_or_bright_comes_with_a_hint() {
     let folder = Folder::new();

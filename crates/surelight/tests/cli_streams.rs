@@ -23,7 +23,7 @@ fn run(folder: &Folder, line: &str, input: &[u8]) -> Output {
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut pipe = child.stdin.take().unwrap();
     let input = input.to_owned();
-    // What is refused early closes the pipe.
+    // An early refusal closes the pipe.
     let writer = std::thread::spawn(move || _ = pipe.write_all(&input));
     let output = child.wait_with_output().unwrap();
     writer.join().unwrap();
@@ -38,9 +38,9 @@ fn standard_output_has_the_bytes_of_the_file() {
         let ran = run(&folder, &format!("{{box}} {SMALL} -o - --format {format}"), b"");
         assert_eq!(ran.status.code(), Some(0));
         assert!(ran.stdout == fs::read(folder.path(&format!("a.{format}"))).unwrap(), "{format}");
-        // The summary goes where it is in nobody's way.
-        let told = String::from_utf8(ran.stderr).unwrap();
-        assert!(told.contains("image     standard output (8x8)") && told.contains("noise     "), "{told}");
+        // The summary goes to standard error.
+        let stderr = String::from_utf8(ran.stderr).unwrap();
+        assert!(stderr.contains("image     standard output (8x8)") && stderr.contains("noise     "), "{stderr}");
     }
     assert_eq!(folder.files(), ["a.exr", "a.png"]);
 }
@@ -84,23 +84,23 @@ fn a_closed_pipe_is_one_sentence() {
         shell.args(["-c", &line, env!("CARGO_BIN_EXE_surelight")]).arg(cornell_box());
         let ran = Ran::from(shell.current_dir(folder.path("")).output().unwrap());
         ran.failed_with(&["standard output could not be written", "has ended"]);
-        assert_eq!(folder.files(), left, "what else is asked for is written");
+        assert_eq!(folder.files(), left, "the other outputs are written");
     }
 }
 
-/// Without a file there is no place for a checkpoint; with one, it lies beside the file.
+/// Without a file there is no place for a checkpoint; with one, it is beside the file.
 #[test]
 fn a_render_that_ends_early_writes_what_it_has() {
     let folder = Folder::new();
     let line = "{box} --size 8x8 --spp 100000000 --time 0.5s --quiet -o - --format exr";
     let ran = run(&folder, line, b"");
-    let told = String::from_utf8(ran.stderr).unwrap();
-    assert_eq!(ran.status.code(), Some(3), "{told}");
-    assert!(told.contains("no checkpoint was saved") && !told.contains("goes on"), "{told}");
+    let stderr = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("no checkpoint was saved") && !stderr.contains("continues"), "{stderr}");
     assert!(ran.stdout.starts_with(&[0x76, 0x2f, 0x31, 0x01]) && folder.files().is_empty());
 
     let ran = run(&folder, &format!("{line} -o b.png"), b"");
-    assert!(String::from_utf8(ran.stderr).unwrap().contains("--resume goes on from b.checkpoint.exr"));
+    assert!(String::from_utf8(ran.stderr).unwrap().contains("--resume continues from b.checkpoint.exr"));
     assert_eq!(folder.files(), ["b.checkpoint.exr", "b.png"]);
     assert!(read_part(&folder.path("b.checkpoint.exr")).is_ok());
 }
@@ -121,18 +121,17 @@ fn scenes_come_from_standard_input() {
     assert_eq!(metadata.settings.unwrap().scene, "standard input");
     assert_eq!(metadata.scene_hash, file.surelight_metadata().unwrap().scene_hash);
 
-    let told = Ran::from(run(&folder, "info -", &glb)).succeeded().stdout;
-    assert!(told.contains("standard input") && told.contains("triangles"), "{told}");
-    let told =
+    let listing = Ran::from(run(&folder, "info -", &glb)).succeeded().stdout;
+    assert!(listing.contains("standard input") && listing.contains("triangles"), "{listing}");
+    let measured =
         Ran::from(run(&folder, "measure - --irradiance 0,0.5,0 --normal 0,1,0 --spp 256 --json", &glb)).succeeded();
-    assert!(told.stdout.contains("standard input"), "{told:?}");
+    assert!(measured.stdout.contains("standard input"), "{measured:?}");
     // Both at once.
     let ran = run(&folder, &format!("- {SMALL} -o - --format exr"), &glb);
     assert!(ran.status.success() && ran.stdout == fs::read(folder.path("stdin.exr")).unwrap());
 }
 
-/// What is no scene is refused without reading on; nothing beside the program's folder is a part of
-/// what comes through a pipe.
+/// A stream that is no scene is refused without reading on; a scene from a pipe refers to no files.
 #[test]
 fn scenes_from_standard_input_must_be_whole() {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Wrong usage is told with exit code 2, help and version with 0; neither touches a scene or a device.
+//! Wrong usage has exit code 2, help and version with 0; neither touches a scene or a device.
 
 mod common;
 
@@ -89,7 +89,7 @@ fn devices_lists_what_render_can_use() {
 }
 
 #[test]
-fn info_tells_contents_kernel_and_gaps() {
+fn info_lists_contents_kernel_and_gaps() {
     let folder = Folder::new();
     let text = folder.run("info {box}").succeeded().stdout;
     for word in ["triangles", "cameras", "area_lights", "does without", "transmission"] {

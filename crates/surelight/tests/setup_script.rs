@@ -1,4 +1,4 @@
-//! `setup.sh` on machines that it has not seen: its tools are replaced by scripts that write down what they are asked.
+//! `setup.sh` on simulated machines: its tools are replaced by scripts that record their arguments.
 
 #![cfg(target_os = "linux")]
 
@@ -13,7 +13,8 @@ struct Machine {
 }
 
 impl Machine {
-    /// With these package managers, a plain user and sudo; no Vulkan loader yet, which any installation brings.
+    /// With these package managers, a plain user and sudo; no Vulkan loader yet, which any
+    /// installation provides.
     fn new(managers: &[&str]) -> Self {
         let machine = Self { folder: tempfile::tempdir().unwrap() };
         fs::create_dir(machine.path("bin")).unwrap();
@@ -109,7 +110,7 @@ fn each_distribution_is_served_with_its_own_packages_and_only_once() {
 }
 
 #[test]
-fn an_unknown_distribution_is_told_what_is_missing() {
+fn an_unknown_distribution_learns_which_packages_are_missing() {
     let machine = Machine::new(&[]).with_driver("libvulkan_lvp.so");
     let output = machine.run();
     assert!(!output.status.success());
@@ -117,7 +118,7 @@ fn an_unknown_distribution_is_told_what_is_missing() {
 }
 
 #[test]
-fn missing_rust_is_told_and_not_installed() {
+fn missing_rust_is_reported_and_not_installed() {
     let machine = Machine::new(&["apt-get"]).with_driver("libvulkan_lvp.so");
     fs::write(machine.path("libraries"), "libvulkan.so.1").unwrap();
     fs::remove_file(machine.path("bin/cargo")).unwrap();

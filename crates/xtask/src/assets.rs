@@ -7,10 +7,10 @@ use std::path::Path;
 use surelight_scenes::{Entry, GALLERY, extensions, glb, spheres, torture};
 
 /// No committed scene may be larger.
-const MOST_BYTES: usize = 300 * 1024;
+const MAX_BYTES: usize = 300 * 1024;
 
 /// No committed scene of the torture list may be larger.
-const MOST_TORTURE_BYTES: usize = 100 * 1024;
+const MAX_TORTURE_BYTES: usize = 100 * 1024;
 
 /// Folder of the torture list's scenes in `assets/`.
 const TORTURE: &str = "torture";
@@ -24,7 +24,7 @@ type File = (String, Vec<u8>);
 /// Arguments of `cargo xtask assets`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Fail when a file in assets/ differs from what the code makes, and write nothing
+    /// Fail when a file in assets/ differs from the generated one, and write nothing
     #[arg(long)]
     check: bool,
 }
@@ -46,7 +46,8 @@ fn write(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Fails when a committed file differs from the generated one, or when a scene lies there that no code makes.
+/// Fails when a committed file differs from the generated one, or when there is a scene that no
+/// code generates.
 fn check(folder: &Path) -> Result<(), String> {
     let files = generate()?;
     let mut wrong = Vec::new();
@@ -79,7 +80,7 @@ fn generate() -> Result<Vec<File>, String> {
     let mut files = Vec::new();
     let mut table = String::new();
     for entry in GALLERY {
-        let (bytes, row) = scene_file(entry, MOST_BYTES)?;
+        let (bytes, row) = scene_file(entry, MAX_BYTES)?;
         table.push_str(&row);
         files.push((format!("{}.glb", entry.name), bytes));
     }
@@ -94,7 +95,7 @@ fn generate() -> Result<Vec<File>, String> {
     files.push(("README.md".to_owned(), readme(&table).into_bytes()));
     let mut plates = String::new();
     for file in extensions::FILES {
-        let (bytes, row) = scene_file(&file.entry, MOST_TORTURE_BYTES)?;
+        let (bytes, row) = scene_file(&file.entry, MAX_TORTURE_BYTES)?;
         plates.push_str(&row);
         files.push((format!("{EXTENSIONS}/{}.glb", file.entry.name), bytes));
     }
@@ -103,7 +104,7 @@ fn generate() -> Result<Vec<File>, String> {
     for case in torture::cases() {
         let Entry { name, shows, known, .. } = case.entry;
         let row = if case.file {
-            let (bytes, row) = scene_file(&case.entry, MOST_TORTURE_BYTES)?;
+            let (bytes, row) = scene_file(&case.entry, MAX_TORTURE_BYTES)?;
             files.push((format!("{TORTURE}/{name}.glb"), bytes));
             row
         } else {
@@ -116,12 +117,12 @@ fn generate() -> Result<Vec<File>, String> {
 }
 
 /// A scene's file and its row of the table.
-fn scene_file(entry: &Entry, most_bytes: usize) -> Result<(Vec<u8>, String), String> {
+fn scene_file(entry: &Entry, max_bytes: usize) -> Result<(Vec<u8>, String), String> {
     let Entry { name, shows, known, build } = entry;
     let scene = build();
     let bytes = glb::encode(&scene, known).map_err(|e| format!("{name}: {e}"))?;
-    if bytes.len() > most_bytes {
-        return Err(format!("{name}.glb takes {} bytes; the limit is {most_bytes}", bytes.len()));
+    if bytes.len() > max_bytes {
+        return Err(format!("{name}.glb takes {} bytes; the limit is {max_bytes}", bytes.len()));
     }
     let row = format!("| {name}.glb | {shows} | {known} | {} | {} |\n", scene.triangle_count(), bytes.len());
     Ok((bytes, row))
@@ -132,9 +133,9 @@ fn extensions_readme(table: &str) -> String {
         "# Files for one extension each
 
 Those in the table are made by `cargo xtask assets` from `crates/scenes/src/extensions.rs`, and
-held against what is known by `tests/torture/bsdf/extensions.rs`. Each is seen straight on, under a
+compared with their closed forms by `tests/torture/bsdf/extensions.rs`. Each is viewed straight on, under a
 white sky (`--sky 1,1,1`) unless it has a light. The others, `basisu`, `draco` and `meshopt-*`, were
-made by encoders of other hands ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
+made by other encoders ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
 that they must equal beside them.
 
 | file | shows | known | triangles | bytes |
@@ -162,7 +163,7 @@ fn readme(table: &str) -> String {
         "# Generated scenes
 
 Made by `cargo xtask assets` from `crates/scenes/src/` (this table too); `cargo xtask assets --check` fails
-when a file differs from the code. Each says what is known about it, here and in `asset.extras.notes` of the file.
+when a file differs from the code. Each states its closed form, here and in `asset.extras.notes` of the file.
 Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sided; radiance in linear Rec. 709.
 
 | file | shows | known in closed form | triangles | bytes |
@@ -181,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn check_finds_what_is_missing_changed_or_foreign() {
+    fn check_finds_missing_changed_and_foreign_files() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         assert!(check(folder.path()).expect_err("nothing is there").contains("cornell-box.glb cannot be read"));
         write(folder.path()).expect("the files can be written");

@@ -1,6 +1,8 @@
-//! `cargo xtask benchmarks`: races the methods on five scenes and puts the charts into docs/benchmarks.
+//! `cargo xtask benchmarks`: races the methods on five scenes and puts the charts into
+//! docs/benchmarks.
 //!
-//! Ten minutes on a machine that does nothing else. The words in docs/benchmarks/README.md are written by hand: read them against the new charts.
+//! Ten minutes on an idle machine. The text of docs/benchmarks/README.md is written by hand:
+//! compare it with the new charts.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +10,7 @@ use std::process::Command;
 /// Scenes of assets/ whose reports are kept.
 const SCENES: [&str; 5] = ["cornell-box", "veach-mis", "many-lights", "textured", "glass"];
 
-/// What is kept of a scene's report.
+/// The files of a scene's report that are kept.
 const KEPT: [&str; 8] = [
     "error-time.svg",
     "error-samples.svg",
@@ -31,7 +33,7 @@ pub(crate) struct Arguments {
     time: String,
 }
 
-/// Races, and copies what is kept of the report.
+/// Races, and copies the files that are kept.
 pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String> {
     let mut command = match &arguments.surelight {
         Some(binary) => Command::new(binary),

@@ -1,7 +1,9 @@
-//! `cargo xtask contact-sheet`: a small picture of every glTF file below a folder, beside the published one where there is one.
+//! `cargo xtask contact-sheet`: a small picture of every glTF file below a folder, beside the
+//! published one where there is one.
 //!
-//! Files below a folder `malformed` are left out. The picture of `NAME.glb`, or of any file in a folder `NAME`, stands beside the
-//! first image in `DIR/docs/NAME/screenshot`, when there is one. Under each stands its name and what the program warned of.
+//! Files below a folder `malformed` are left out. The picture of `NAME.glb`, or of any file in a
+//! folder `NAME`, is beside the first image in `DIR/docs/NAME/screenshot`, when there is one. Below
+//! each are its name and the program's warnings.
 
 mod sheet;
 
@@ -22,7 +24,7 @@ pub(crate) struct Arguments {
     /// Program that renders [default: the one beside this tool's own: cargo build --release]
     #[arg(long, value_name = "BINARY")]
     surelight: Option<PathBuf>,
-    /// Light [default: what the files have, or a white sky]
+    /// Light [default: that of the files, or a white sky]
     #[arg(long, value_name = "FILE")]
     env: Option<PathBuf>,
     /// Samples per pixel
@@ -104,8 +106,8 @@ fn render(options: &Arguments, surelight: &Path, file: &Path, picture: &Path) ->
         entry.picture = image::load_from_memory(&bytes).ok();
         let summary = String::from_utf8_lossy(&output.stdout);
         // That a camera and a sky were chosen is no news here.
-        let told = summary.lines().filter_map(|line| line.strip_prefix("warning   "));
-        entry.note = told.filter(|note| !note.starts_with("the file has no")).collect::<Vec<_>>().join(" ");
+        let warnings = summary.lines().filter_map(|line| line.strip_prefix("warning   "));
+        entry.note = warnings.filter(|note| !note.starts_with("the file has no")).collect::<Vec<_>>().join(" ");
     } else {
         entry.note = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or("no word").to_owned();
     }

@@ -1,16 +1,19 @@
-//! `cargo xtask gpu`: packs all that is to be known of an adapter into a folder that needs neither cargo nor sources.
+//! `cargo xtask gpu`: packs all that is to be known of an adapter into a folder that needs neither
+//! cargo nor sources.
 //!
-//! Benches and tests as executables, the scenes, and `benches/gpu.sh`, which runs them one after the other.
+//! Benches and tests as executables, the scenes, and `benches/gpu.sh`, which runs them one after
+//! the other.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-/// Benches that the script knows.
+/// Benches of the script.
 const BENCHES: [&str; 3] = ["gpu", "bounces", "device"];
 
-/// Tests that say most about a driver, in this order; those that need no device, or files, stay here.
+/// Tests that say most about a driver, in this order; those that need no device, or files, stay
+/// here.
 const TESTS: [&str; 9] = [
     "checked_trusted",
     "furnace",
@@ -59,7 +62,7 @@ pub(crate) fn run(repository: &Path, arguments: &Arguments) -> Result<(), String
     Ok(())
 }
 
-/// Names and files of what cargo builds.
+/// Names and files of the executables that cargo builds.
 fn executables(repository: &Path, arguments: &[&str]) -> Result<Vec<(String, PathBuf)>, String> {
     let mut cargo = Command::new("cargo");
     cargo.current_dir(repository).args(arguments).args(["--no-run", "--message-format=json"]);
@@ -88,7 +91,7 @@ fn carry(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// A .glb as it is, any other file with the folder that it stands in.
+/// A .glb alone, any other file with its folder.
 fn carry_scene(scene: &Path, scenes: &Path) -> Result<(), String> {
     let file = scene.file_name().ok_or_else(|| format!("{} is no file", scene.display()))?;
     if scene.extension().is_some_and(|extension| extension == "glb") {

@@ -1,4 +1,4 @@
-//! `cargo xtask …`: what keeps the repository's generated files true.
+//! `cargo xtask …`: generates and checks files of the repository.
 
 mod assets;
 mod benchmarks;
@@ -8,13 +8,14 @@ mod mutate;
 mod pixels;
 mod references;
 mod sky;
+mod words;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// Generates, packs and checks what the repository holds beside its code
+/// Generates, packs and checks the files of the repository beside its code
 #[derive(Parser)]
 #[command(bin_name = "cargo xtask")]
 struct Cli {
@@ -38,6 +39,8 @@ enum Command {
     References(references::Arguments),
     /// Plant mistakes, one after the other, and see whether the torture list catches them
     Mutate(mutate::Arguments),
+    /// Report words of no standard meaning, and lines of prose beyond 100 columns
+    Words(words::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Command::Pixels(arguments) => pixels::run(&repository(), &arguments),
         Command::References(arguments) => references::run(&arguments),
         Command::Mutate(arguments) => mutate::run(&repository(), &arguments),
+        Command::Words(arguments) => words::run(&repository(), &arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,7 +1,8 @@
-//! `cargo xtask pixels BINARY`: hashes of rendered pixels and of composed kernels, to hold a refactoring against.
+//! `cargo xtask pixels BINARY`: hashes of rendered pixels and of composed kernels, to hold a
+//! refactoring against.
 //!
-//! Run it with the program before and after a change and compare the two lists: a line that differs names
-//! the scene, the options, and whether the kernel, the pixels or both changed.
+//! Run it with the program before and after a change and compare the two lists: a line that differs
+//! names the scene, the options, and whether the kernel, the pixels or both changed.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,7 +24,7 @@ const OPTIONS: [&str; 9] = [
     "--clip off --max-radiance 2 --one-scramble",
 ];
 
-/// Layers whose bits count.
+/// Layers whose bits are hashed.
 const LAYERS: [&str; 14] = [
     "R",
     "G",

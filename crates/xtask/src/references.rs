@@ -1,18 +1,22 @@
 //! `cargo xtask references`: renders against a folder of reference images.
 //!
-//! The folder holds `scenes/NAME.glb`, `references/NAME.exr` (mean) and, where the reference is itself an estimate,
-//! `references/NAME_var.exr` (variance of that mean). `NAME-d2` without a scene of its own is NAME cut after two segments:
-//! `--max-bounces 1`. All are linear Rec. 709, box filter of one pixel, row 0 at the top.
+//! The folder holds `scenes/NAME.glb`, `references/NAME.exr` (mean) and, where the reference is
+//! itself an estimate, `references/NAME_var.exr` (variance of that mean). `NAME-d2` without its own
+//! scene is NAME cut after two segments: `--max-bounces 1`. All are linear Rec. 709, box filter of
+//! one pixel, row 0 at the top.
 //!
 //! A scene passes where, in each of the three channels,
 //!
-//! - the image's mean differs from the reference's by at most 0.2 % of it plus three standard errors of the difference, and
-//! - at least 98.8 % of pixels lie inside the two-sided 99.9 % bound: Student's t with the degrees of freedom of the difference's
-//!   variance (batches − 1 for ours; a reference's variance counts as known; both by Welch and Satterthwaite), widened by four
-//!   units in the last place of an f32, so that pixels without any variance can be compared at all.
+//! - the image's mean differs from the reference's by at most 0.2 % of it plus three standard
+//!   errors of the difference, and
+//! - at least 98.8 % of pixels lie inside the two-sided 99.9 % bound: Student's t with the degrees
+//!   of freedom of the difference's variance (batches − 1 for ours; a reference's variance is
+//!   treated as exact; both by Welch and Satterthwaite), widened by four units in the last place of
+//!   an f32, so that pixels without any variance can be compared at all.
 //!
-//! A pixel whose error bar is unknown, or whose value is not finite, is outside. The share asked for is below 99.9 % because pixels with
-//! skewed samples are covered less often than t promises.
+//! A pixel whose error bar is unknown, or whose value is not finite, is outside. The required share
+//! is below 99.9 % because pixels with skewed samples are covered less often than by the level of
+//! t.
 
 mod judgement;
 
@@ -80,7 +84,7 @@ pub(crate) fn run(options: &Arguments) -> Result<(), String> {
     }
     match failed[..] {
         [] => Ok(()),
-        _ => Err(format!("{} of {} references are not met: {}", failed.len(), names.len(), failed.join(", "))),
+        _ => Err(format!("{} of {} references do not match: {}", failed.len(), names.len(), failed.join(", "))),
     }
 }
 
@@ -144,8 +148,8 @@ fn check(options: &Arguments, name: &str, renders: &Path) -> Result<Outcome, Str
         .output()
         .map_err(|error| format!("\"{}\" could not be started: {error}", options.surelight.display()))?;
     if !finished.status.success() {
-        let told = String::from_utf8_lossy(&finished.stderr);
-        return Err(format!("the render failed ({}): {}", finished.status, told.trim()));
+        let errors = String::from_utf8_lossy(&finished.stderr);
+        return Err(format!("the render failed ({}): {}", finished.status, errors.trim()));
     }
     compare(&read(&output)?, &reference, reference_variance.as_ref())
 }

@@ -1,4 +1,5 @@
-//! An environment map as an OpenEXR file: half floats, ZIP, nothing but what the format demands in the header.
+//! An environment map as an OpenEXR file: half floats, ZIP, nothing but the required attributes in
+//! the header.
 
 use exr::prelude::{Compression, Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage, f16};
 use surelight_scene::EnvironmentMap;

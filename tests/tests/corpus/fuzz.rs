@@ -1,8 +1,10 @@
-//! Damaged files by the thousand: seeds are changed in their JSON's structure, in their text and in their bytes, and
-//! whatever comes of it must load or be refused, soon, within bounded memory, and without a panic.
+//! Damaged files by the thousand: seeds are changed in their JSON's structure, in their text and in
+//! their bytes, and the result must load or be refused, soon, within bounded memory, and without a
+//! panic.
 //!
-//! Seeds are the repository's own files, and those of the corpus where it is there. `SURELIGHT_FUZZ_CASES=100000` runs that
-//! many cases instead of a short slice, `SURELIGHT_FUZZ_SEED` others.
+//! Seeds are the repository's own files, and those of the corpus where it is there.
+//! `SURELIGHT_FUZZ_CASES=100000` runs that many cases instead of a short slice,
+//! `SURELIGHT_FUZZ_SEED` others.
 
 mod mutate;
 
@@ -22,12 +24,12 @@ use mutate::{bytes, document};
 
 /// Larger files would take their time and find no more.
 const LARGEST_SEED: u64 = 64 << 10;
-/// What a small .gltf names may be large.
+/// Files that a small .gltf names may be large.
 const LARGEST_FOLDER: u64 = 2 << 20;
 const SLICE: u32 = 2000;
-const MOST_MEMORY: u64 = 1 << 30;
+const MAX_MEMORY: u64 = 1 << 30;
 
-/// What is being tried, for a watchdog to tell of when it does not end.
+/// The current case, for a watchdog to report when it does not end.
 #[derive(Clone, Default)]
 struct Watch(Arc<Mutex<Option<(String, Instant)>>>);
 
@@ -75,7 +77,7 @@ fn beside(file: &Path) -> u64 {
     entries.into_iter().flatten().flatten().filter_map(|entry| Some(entry.metadata().ok()?.len())).sum()
 }
 
-/// The most memory that this process ever held; `None` where the system does not tell.
+/// The most memory that this process ever held; `None` where the system does not report it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -120,7 +122,7 @@ fn run(
     );
     assert!(failures.is_empty(), "{failures:#?}");
     assert!(longest < LIMIT, "{slowest} took {longest:?}");
-    assert!(memory.is_none_or(|m| m < MOST_MEMORY), "{memory:?} bytes");
+    assert!(memory.is_none_or(|m| m < MAX_MEMORY), "{memory:?} bytes");
     // Were nothing ever accepted, only the outermost check would have been tried.
     assert!(accepted >= cases / 25, "only {accepted} of {cases} cases load");
 }

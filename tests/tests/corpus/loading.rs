@@ -1,4 +1,5 @@
-//! Every valid file loads with the triangles that the index states, and no malformed one panics or hangs.
+//! Every valid file loads with the triangles that the index states, and no malformed one panics or
+//! hangs.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -12,10 +13,11 @@ use crate::{corpus, files_below};
 /// No file may take longer.
 pub(crate) const LIMIT: Duration = Duration::from_secs(10);
 
-/// What loading a file gave: triangles (or texels) and warnings, or the message.
+/// Result of loading a file: triangles (or texels) and warnings, or the message.
 type Outcome = Result<(usize, Vec<String>), String>;
 
-/// Loads in a thread of its own; `None` when the thread panicked, and a panic of this test when it hangs.
+/// Loads in a separate thread; `None` when the thread panicked, and a panic of this test when it
+/// hangs.
 fn attempt(path: &Path) -> Option<Outcome> {
     let (sender, receiver) = mpsc::channel();
     let owned = path.to_path_buf();

@@ -1,7 +1,9 @@
-//! Real files: a corpus of sample models, conformance suites and malformed files; and damaged ones ([`fuzz`]), which need no corpus.
+//! Real files: a corpus of sample models, conformance suites and malformed files; and damaged ones
+//! ([`fuzz`]), which need no corpus.
 //!
-//! Runs where `SURELIGHT_CORPUS` names its folder (from the repository's root, or absolute) and says so where it does not:
-//! `SURELIGHT_CORPUS=FOLDER cargo test --release --test corpus -- --nocapture` prints a table of all files.
+//! Runs where `SURELIGHT_CORPUS` names its folder (from the repository's root, or absolute) and
+//! says so where it does not: `SURELIGHT_CORPUS=FOLDER cargo test --release --test corpus --
+//! --nocapture` prints a table of all files.
 
 mod estimators;
 mod fuzz;

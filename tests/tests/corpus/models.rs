@@ -1,6 +1,7 @@
 //! Khronos' models that check themselves, judged by number.
 //!
-//! An orthographic camera looks along −Z at the whole model in a very large picture, of which only small windows are traced.
+//! An orthographic camera along −Z frames the whole model in a very large picture, of which only
+//! small windows are traced.
 
 use std::path::Path;
 
@@ -26,7 +27,7 @@ fn retain(scene: &mut Scene, passes: impl Fn(&str) -> bool) {
     scene.instances.retain(|i| keep[i.mesh]);
 }
 
-/// A square of the plane z = 0 around the origin, seen from +Z.
+/// A square of the plane z = 0 around the origin, viewed from +Z.
 struct Front {
     prepared: Prepared,
     half: f64,
@@ -70,9 +71,10 @@ fn mean(film: &Film) -> [f64; 3] {
     std::array::from_fn(|c| pooled(film, c, all(film)).mean)
 }
 
-/// "Every column shows one shade of blue": blocks of other sizes, scales and attenuation distances against thin panes whose
-/// colour is the answer. Straight through a block go r + (1 − r)² c/(1 − r c) of a white sky, r being Fresnel's 0.04, where
-/// a pane of one interface shows r + (1 − r) c.
+/// "Every column shows one shade of blue": blocks of other sizes, scales and attenuation distances
+/// against thin panes whose colour is the answer. Straight through a block the radiance of a white
+/// sky is r + (1 − r)² c/(1 − r c), r being Fresnel's 0.04; through a pane of one interface it is
+/// r + (1 − r) c.
 #[test]
 fn attenuation_test() {
     let Some(mut scene) = model("materials/AttenuationTest.glb") else { return };
@@ -100,14 +102,15 @@ fn attenuation_test() {
     }
 }
 
-/// Factors alone, textures, textures with a stated gamma, textures with a colour profile: all four the same.
+/// Factors alone, textures, textures with a stated gamma, textures with a colour profile: all four
+/// the same.
 #[test]
 fn texture_encoding_test() {
     let Some(mut scene) = model("textures/TextureEncodingTest.glb") else { return };
     scene.environment = Some(Environment::Uniform([1.0; 3]));
     let front = Front::new(&scene, 10.24, None);
     for (row, y) in [("base colour", 2.0), ("emission", -1.0), ("metal and roughness", -4.0)] {
-        // The foremost points of the balls see nothing of one another.
+        // The foremost points of the balls are invisible to one another.
         let points = [-2.75, 0.25, 3.25, 6.25].map(|x| DVec2::new(x, y));
         let films = front.films(&points, 16, 64);
         let [stated, textures @ ..] = &films[..] else { unreachable!("four films") };
@@ -135,7 +138,7 @@ fn texture_linear_interpolation_test() {
     assert!((interpolated[1] - 0.5).abs() < 0.003 && interpolated[0] == 0.0 && interpolated[2] == 0.0);
 }
 
-/// Marks under vertex colours look like the marks below them, which were drawn in those colours.
+/// Marks under vertex colours equal the marks below them, which were drawn in those colours.
 #[test]
 fn vertex_color_test() {
     let Some(mut scene) = model("textures/VertexColorTest.glb") else { return };
@@ -170,7 +173,8 @@ fn emissive_strength_test() {
     }
 }
 
-/// The emissive texture follows the second set of coordinates, and the first would show something else.
+/// The emissive texture follows the second set of coordinates, and the first would show something
+/// else.
 #[test]
 fn multi_uv_test() {
     let Some(scene) = model("textures/MultiUVTest.glb") else { return };
@@ -237,9 +241,10 @@ fn orientation_test() {
             .map(|i| (i.to_world, &scene.meshes[i.mesh]))
             .collect();
         let [a, b] = placed[..] else { panic!("{name} has {} parts", placed.len()) };
-        // The target stands where its vertices say.
+        // The target is placed by the identity.
         let (arrow, target) = if a.0 == DAffine3::IDENTITY { (b, a) } else { (a, b) };
-        // Both are symmetric about the line from the arrow's pivot, so the middles of their boxes lie on it.
+        // Both are symmetric about the line from the arrow's pivot, so the middles of their boxes
+        // lie on it.
         let middle = |mesh: &surelight_scene::Mesh| {
             let (low, high) = mesh
                 .positions

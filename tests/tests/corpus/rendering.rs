@@ -12,18 +12,19 @@ use surelight_tests::render::{all, device};
 use crate::{corpus, files_below};
 
 const SIZE: u32 = 64;
-/// 2 batches of 4: 8 samples a pixel.
+/// 2 batches of 4: 8 samples per pixel.
 const BATCHES: u32 = 2;
 const SAMPLES: u32 = 4;
 
-/// glTF's base under Fresnel returns up to this much more than it gets, averaged over directions (see shaders/README.md),
-/// and 8 samples of 4,096 pixels stray by less than the rest.
-const MOST_OF_A_WHITE_SKY: f64 = 1.06;
-/// Share of the picture that a file must fill at least, through its own camera or the one that frames it.
-const LEAST_COVER: f64 = 0.005;
+/// glTF's base under Fresnel returns up to this much more than it gets, averaged over directions
+/// (see shaders/README.md), and 8 samples of 4,096 pixels stray by less than the rest.
+const MAX_WHITE_SKY_RADIANCE: f64 = 1.06;
+/// Share of the picture that a file must fill at least, through its own camera or the one that
+/// frames it.
+const MIN_COVERAGE: f64 = 0.005;
 
-/// Files whose picture under a white sky is that sky and nothing else: points and lines, an alpha that is never reached, and a
-/// smooth mirror of white metal.
+/// Files whose picture under a white sky is that sky and nothing else: points and lines, an alpha
+/// that is never reached, and a smooth mirror of white metal.
 const UNSEEN: [&str; 10] = [
     "Mesh_PrimitiveMode_00",
     "Mesh_PrimitiveMode_01",
@@ -45,7 +46,8 @@ fn every_valid_file_renders() {
     for folder in ["geometry", "materials", "scenes", "textures"] {
         for path in files_below(&corpus.join(folder)) {
             let short = path.strip_prefix(&corpus).unwrap_or(&path).display().to_string();
-            // A later version and a required extension that does not exist: both are refused (see `loading`).
+            // A later version and a required extension that does not exist: both are refused (see
+            // `loading`).
             if short.ends_with("Compatibility_04.gltf") || short.ends_with("Compatibility_05.gltf") {
                 continue;
             }
@@ -64,7 +66,7 @@ fn every_valid_file_renders() {
 fn render(path: &Path, short: &str) -> Result<(), String> {
     let started = Instant::now();
     let mut scene = load(path, &LoadOptions::default()).map_err(|e| e.to_string())?;
-    // Whatever light of its own it has: many files have a dim lamp or a lit screen that shows little of them.
+    // Whatever light it has: many files have a dim lamp or a lit screen that shows little of them.
     let own_light = scene.has_light();
     scene.environment = Some(Environment::Uniform([1.0; 3]));
     let camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.frame_camera(1.0));
@@ -100,14 +102,14 @@ fn render(path: &Path, short: &str) -> Result<(), String> {
     if UNSEEN.iter().any(|name| short.contains(name)) {
         return if cover == 0.0 { Ok(()) } else { Err("something shows that has no area".into()) };
     }
-    if cover < LEAST_COVER {
+    if cover < MIN_COVERAGE {
         return Err(format!("only {:.2} % of the picture shows the scene", 100.0 * cover));
     }
     let seen = pixels.iter().filter(|&&l| l != 1.0).sum::<f64>() / (cover * pixels.len() as f64);
     if seen < 0.01 {
         return Err(format!("the scene is black: {seen:.1e} on average"));
     }
-    if !own_light && mean > MOST_OF_A_WHITE_SKY {
+    if !own_light && mean > MAX_WHITE_SKY_RADIANCE {
         return Err(format!("under a sky of radiance 1 the mean is {mean}"));
     }
     Ok(())

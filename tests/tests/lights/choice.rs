@@ -9,21 +9,22 @@ use surelight_tests::scenes::map;
 
 use crate::lamps::{Chosen, POINT, POSITION, SAMPLES, area_pdf, chosen, lamps, samples_of, scene};
 
-/// The table's choice among a lamp, a point light and an environment follows the probabilities that samples claim.
+/// The table's choice among a lamp, a point light and an environment follows the stated
+/// probabilities of samples.
 #[test]
 fn choice_follows_the_pdf() {
     let lamps: Vec<_> = lamps().into_iter().take(1).collect();
     let prepared = prepare(&scene(&lamps), &Settings::new(8, 8));
     let all = samples_of(&lamps, &prepared, 1);
     let (mut observed, mut expected) = (Vec::new(), Vec::new());
-    // What a point light brings over its true irradiance is one over its probability.
+    // The estimate of a point light over its true irradiance is one over its probability.
     let r2 = (POINT - DVec3::from(POSITION.map(f64::from))).length_squared();
     let points: Vec<_> = all.iter().filter(|(_, c)| *c == Chosen::Point).collect();
     let value = f64::from(points.first().expect("the point light is chosen").0.radiance[0]);
     observed.push(points.len() as u64);
     expected.push(0.3 / r2 / value * SAMPLES as f64);
     assert!(points.iter().all(|(s, _)| s.pdf == 0.0), "a point has no solid angle");
-    // And the environment's pdf over what the map alone claims is its probability.
+    // And the environment's pdf over the pdf of the map alone is its probability.
     let skies: Vec<_> = all.iter().filter(|(_, c)| *c == Chosen::Environment).map(|(s, _)| *s).collect();
     let directions: Vec<_> = skies.iter().take(64).map(|s| Query::towards(s.direction())).collect();
     let alone = probe(&prepared, "probe_environment_eval", &directions);
@@ -43,7 +44,8 @@ fn choice_follows_the_pdf() {
 /// Half of the choice goes to every emitter alike, half by power: luminance times area.
 #[test]
 fn choice_is_half_even_half_by_power() {
-    // Whitted chooses by the table however many there are, with points that are uniform, and does without the environment.
+    // Whitted chooses by the table however many there are, with points that are uniform, and does
+    // without the environment.
     let lamps: Vec<_> = lamps().into_iter().step_by(2).take(2).collect();
     let emitters = lamps.len() as f64 + 1.0; // the point light
     let settings = Settings { integrator: Integrator::Whitted, ..Settings::new(8, 8) };
@@ -67,10 +69,11 @@ fn choice_is_half_even_half_by_power() {
     }
 }
 
-/// A large map leaves the choice of a texel few random bits, and among other lights fewer: a bright spot in a dark sky must still be
-/// chosen as often as it should.
+/// A large map leaves the choice of a texel few random bits, and among other lights fewer: a bright
+/// spot in a dark sky must still be chosen as often as it should.
 ///
-/// A million samples of the sky know its share, about 2/3, to 0.07 %: a bias of 0.33 % would be seen 9 times in 10.
+/// A million samples of the sky estimate its share, about 2/3, to 0.07 %: a bias of 0.33 % would be
+/// detected 9 times in 10.
 #[test]
 fn large_maps_are_sampled_fairly() {
     let (width, height) = (1024u32, 512u32);
@@ -82,7 +85,7 @@ fn large_maps_are_sampled_fairly() {
     let prepared = prepare(&scene, &settings);
     let samples = probe(&prepared, "probe_light", &random_queries(POSITION, 2_000_000, 5));
     let skies: Vec<_> = samples.iter().filter(|s| s.distance > 1e30).map(Sample::direction).collect();
-    // Inside the spot's edge, where what is told is one number.
+    // Inside the spot's edge, where the pdf is constant.
     let texel = |d: &DVec3| {
         let u = 0.5 + d.z.atan2(d.x) / std::f64::consts::TAU;
         ((u * f64::from(width)) as u32, (d.y.acos() / std::f64::consts::PI * f64::from(height)) as u32)
@@ -96,9 +99,9 @@ fn large_maps_are_sampled_fairly() {
         DVec3::new(sin * turn.cos(), cos, sin * turn.sin())
     };
     for y in 101..115 {
-        let told = probe(&prepared, "probe_environment_eval", &[Query::towards(centre(308, y))])[0].other_pdf;
+        let reported = probe(&prepared, "probe_environment_eval", &[Query::towards(centre(308, y))])[0].other_pdf;
         let edge = |row: u32| (std::f64::consts::PI * f64::from(row) / f64::from(height)).cos();
-        share += 14.0 * f64::from(told) * std::f64::consts::TAU / f64::from(width) * (edge(y) - edge(y + 1));
+        share += 14.0 * f64::from(reported) * std::f64::consts::TAU / f64::from(width) * (edge(y) - edge(y + 1));
     }
     let n = skies.len() as f64;
     let z = (found as f64 - share * n) / (n * share * (1.0 - share)).sqrt();

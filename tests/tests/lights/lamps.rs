@@ -1,4 +1,4 @@
-//! Lights of every kind for the tests, and what a sample chose among them.
+//! Lights of every kind for the tests, and a sample's choice among them.
 
 use glam::{DVec3, Vec3};
 use surelight_prepare::Prepared;
@@ -8,7 +8,7 @@ use surelight_tests::light::{Query, Sample, probe, random_queries};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, map, pinhole};
 
 pub(crate) const SAMPLES: usize = 1_000_000;
-/// Where light is asked for: before all the lamps.
+/// The receiving point: in front of all the lamps.
 pub(crate) const POSITION: [f32; 3] = [0.1, -0.2, 0.3];
 /// How the surface there faces.
 pub(crate) const NORMAL: Vec3 = Vec3::new(0.48, 0.36, 0.8);
@@ -77,7 +77,7 @@ pub(crate) fn scene(lamps: &[Lamp]) -> Scene {
     scene
 }
 
-/// What a sample chose.
+/// A sample's choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Chosen {
     /// A lamp, with the barycentric weights of the point.
@@ -131,7 +131,7 @@ pub(crate) fn with_square(mut lamps: Vec<Lamp>, corners: [DVec3; 3]) -> Vec<Lamp
     lamps
 }
 
-/// Samples of the table, and what each of them chose. Light from behind counts, too.
+/// Samples of the table, and the choice of each. Light from behind contributes, too.
 pub(crate) fn samples_of(lamps: &[Lamp], prepared: &Prepared, seed: u64) -> Vec<(Sample, Chosen)> {
     let queries: Vec<_> = random_queries(POSITION, SAMPLES, seed)
         .into_iter()

@@ -1,4 +1,5 @@
-//! Sampling of lights: which one, and where on it, follow the pdf that is claimed; the value is the light's over that pdf.
+//! Sampling of lights: which one, and where on it, follow the pdf that is claimed; the value is the
+//! light's over that pdf.
 
 mod choice;
 mod lamps;

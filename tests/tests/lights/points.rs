@@ -8,10 +8,12 @@ use surelight_tests::render::{ALPHA, prepare};
 
 use crate::lamps::{Chosen, Lamp, NORMAL, POSITION, SAMPLES, area_pdf, chosen, lamps, samples_of, scene, with_square};
 
-/// Wherever points are taken, their mean of one over the pdf is the area of each part of a lamp: by a lamp alone, triangle or square, far
-/// or so near that the pdf varies fivefold, and by a tree over several.
+/// Wherever points are taken, their mean of one over the pdf is the area of each part of a lamp: by
+/// a lamp alone, triangle or square, far or so near that the pdf varies fivefold, and by a tree
+/// over several.
 ///
-/// 16 parts a lamp, α Šidák over all. Of the likeliest lamps a bias of 1 % would be seen in each part, nine times in ten.
+/// 16 parts per lamp, α Šidák over all. Of the likeliest lamps a bias of 1 % would be detected in
+/// each part, nine times in ten.
 #[test]
 fn points_follow_the_pdf() {
     let [near, far] = [0.6, 4.0].map(|distance| {
@@ -51,7 +53,7 @@ fn points_follow_the_pdf() {
                 *sum = [sum[0] + 1.0, sum[1] + inverse, sum[2] + inverse * inverse];
             }
             for (part, [count, first, second]) in sums.into_iter().enumerate() {
-                // Of lamps that are hardly ever chosen too little is known.
+                // Lamps that are rarely chosen have too few samples.
                 if count < 200.0 {
                     continue;
                 }
@@ -62,16 +64,16 @@ fn points_follow_the_pdf() {
                 assert!(z.abs() < quantile, "{name}, lamp {k}, part {part}: {mean} instead of {exact}, z = {z:.2}");
             }
             println!("{name}, lamp {k}: the pdf varies {:.1}-fold", most / least);
-            assert!(!name.starts_with("near") || most > 4.0 * least, "{name}: the pdf hardly varies");
+            assert!(!name.starts_with("near") || most > 4.0 * least, "{name}: the pdf varies too little");
         }
         assert!(tested >= 16 * lamps.len().min(2), "{name}: {tested} parts tested");
     }
 }
 
-/// Whoever meets a light by chance computes the pdf that light sampling would have had there: else the weights of multiple importance
-/// sampling would not add up to one.
+/// A BSDF sample that hits a light computes the pdf that light sampling would have had there: else
+/// the weights of multiple importance sampling would not add up to one.
 #[test]
-fn met_and_sampled_pdfs_agree() {
+fn hit_and_sampled_pdfs_agree() {
     let corner = DVec3::new(-0.7, -1.0, 0.6);
     let near = [corner, corner + DVec3::new(0.0, 1.5, 0.2), corner + DVec3::new(2.0, 0.1, 0.3)];
     for square in [false, true] {
@@ -84,15 +86,16 @@ fn met_and_sampled_pdfs_agree() {
             .collect();
         let again =
             |s: &Sample| Query { viewer: s.direction, normal: NORMAL.to_array(), ..Query::with(POSITION, 0, [0.5; 2]) };
-        // The pdf varies over the lamp as it does for whoever meets it, whose mean is the lamp's probability by its area.
+        // The pdf varies over the lamp as for BSDF samples that hit it; its mean is the lamp's
+        // probability by its area.
         let queries: Vec<_> = sampled.iter().map(|s| Query { both_sides: 1, ..again(s) }).collect();
-        let met = probe(&prepared, "probe_light", &queries);
-        let factor = |s: &Sample, met: &Sample| area_pdf(&lamps[0], s) / f64::from(met.other_pdf);
-        let first = factor(&sampled[0], &met[0]);
+        let hits = probe(&prepared, "probe_light", &queries);
+        let factor = |s: &Sample, hits: &Sample| area_pdf(&lamps[0], s) / f64::from(hits.other_pdf);
+        let first = factor(&sampled[0], &hits[0]);
         let probability = first * lamps[0].area();
         assert!(probability > 0.2 && probability < 1.0, "the lamp is chosen with a probability of {probability}");
-        for (s, met) in sampled.iter().zip(&met) {
-            assert!((factor(s, met) / first - 1.0).abs() < 1e-3, "{s:?} against {}", met.other_pdf);
+        for (s, hits) in sampled.iter().zip(&hits) {
+            assert!((factor(s, hits) / first - 1.0).abs() < 1e-3, "{s:?} against {}", hits.other_pdf);
         }
     }
     let prepared = prepare(&scene(&with_square(lamps(), near)), &Settings::new(8, 8));

@@ -1,4 +1,4 @@
-//! Case 44: every device that is there against a path tracer in f64 on the CPU.
+//! Case 44: every available device against a path tracer in f64 on the CPU.
 
 use surelight_film::Film;
 use surelight_prepare::Settings;

@@ -1,4 +1,5 @@
-//! Torture list, accumulation, random numbers and drivers: cases 40 to 44. One test a case, by the list's name.
+//! Torture list, accumulation, random numbers and drivers: cases 40 to 44. One test a case, by the
+//! list's name.
 
 mod backends;
 mod checks;

@@ -1,4 +1,4 @@
-//! Cases 42 and 43: random numbers that do not repeat, and do not know of one another.
+//! Cases 42 and 43: random numbers that do not repeat, and are independent of one another.
 
 use std::collections::HashMap;
 
@@ -9,8 +9,8 @@ use surelight_tests::sampler::{Point, Query, SAMPLERS, sample};
 /// Samples of a batch.
 const COUNT: u32 = 4096;
 
-/// Points of one pixel around each place where a counter could wrap: sample numbers 2^24 and 2^32 in batches of 4096, batch numbers 2^24 and
-/// 2^32, indices 2^24 and 2^32 within a batch.
+/// Points of one pixel around each place where a counter could wrap: sample numbers 2^24 and 2^32
+/// in batches of 4096, batch numbers 2^24 and 2^32, indices 2^24 and 2^32 within a batch.
 fn windows() -> Vec<Query> {
     let batches = [0, 1, (1 << 12) - 1, 1 << 12, (1 << 20) - 1, 1 << 20, (1 << 24) - 1, 1 << 24, u32::MAX];
     let whole = batches.into_iter().flat_map(|replicate| {
@@ -36,22 +36,24 @@ fn repeats(points: &[Point]) -> usize {
 #[test]
 fn index_wrap() {
     for (name, features) in SAMPLERS {
-        // Strata are those of one batch, so a stratified sequence has no more points than its batch.
+        // Strata are those of one batch, so a stratified sequence has no more points than its
+        // batch.
         let mut sets = vec![("batches", windows())];
         if name != "stratified" {
             sets.push(("a long sequence", long_windows()));
         }
         for (what, queries) in sets {
             let found = repeats(&sample(features, &queries));
-            // The independent sampler's two coordinates come from one hash of 32 bits, so that of n points some n²/2^33 are twins by
-            // chance: 0.16 of 36,864. More than 2 would be seen one time in a thousand.
-            println!("{name}, {what}: {found} of {} points come again", queries.len());
-            assert!(found <= 2, "{name}, {what}: {found} of {} points come again", queries.len());
+            // The independent sampler's two coordinates come from one hash of 32 bits, so that of n
+            // points some n²/2^33 coincide by chance: 0.16 of 36,864. More than 2 would be detected
+            // one time in a thousand.
+            println!("{name}, {what}: {found} of {} points recur", queries.len());
+            assert!(found <= 2, "{name}, {what}: {found} of {} points recur", queries.len());
         }
     }
 }
 
-/// From a sample to one beside it.
+/// From a sample to an adjacent one.
 type Shift = fn(Query) -> Query;
 
 /// Pearson's correlation.
@@ -68,8 +70,9 @@ fn pearson(a: &[f64], b: &[f64]) -> f64 {
     ab / (aa * bb).sqrt()
 }
 
-/// Number by number, over many pixels: one sample's coordinates against the next pixel's, row's, batch's and seed's, and against all its other
-/// dimensions. Pixels are independent, so a correlation of n of them has the standard error n^−½.
+/// Number by number, over many pixels: one sample's coordinates against the next pixel's, row's,
+/// batch's and seed's, and against all its other dimensions. Pixels are independent, so a
+/// correlation of n of them has the standard error n^−½.
 #[test]
 fn correlation() {
     const PIXELS: u32 = 1 << 15;
@@ -104,12 +107,12 @@ fn correlation() {
         let bound = normal_quantile(1.0 - sidak_level(ALPHA, found.len()) / 2.0) * error;
         let (worst, place) = found.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).expect("there are some");
         println!(
-            "{name}: {} correlations, {worst:+.4} at most ({place}), bound {bound:.4}; {:.4} would be seen",
+            "{name}: {} correlations, {worst:+.4} at most ({place}), bound {bound:.4}; {:.4} would be detected",
             found.len(),
             bound + 1.2816 * error
         );
         assert!(worst.abs() < bound, "{name}: {place} are correlated by {worst:+.4}");
         let rms = (found.iter().map(|f| f.0 * f.0).sum::<f64>() / found.len() as f64).sqrt() / error;
-        assert!((rms - 1.0).abs() < 0.15, "{name}: correlations are {rms:.2} times what chance gives");
+        assert!((rms - 1.0).abs() < 0.15, "{name}: correlations are {rms:.2} times those of chance");
     }
 }

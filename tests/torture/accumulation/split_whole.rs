@@ -1,5 +1,5 @@
-//! Case 41: samples are a pure function of pixel, batch, index and seed: however a render is cut into passes, dispatches and tiles, its bits
-//! are the same; with another seed they are not.
+//! Case 41: samples are a pure function of pixel, batch, index and seed: however a render is cut
+//! into passes, dispatches and tiles, its bits are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
 use surelight_prepare::{Instrument, Prepared, Settings};
@@ -81,7 +81,7 @@ fn split_whole_by_tiles() {
     }
 }
 
-/// A kernel that walks rays again and again, to be timed, makes the same picture.
+/// A kernel that traverses rays repeatedly, for timing, makes the same picture.
 #[test]
 fn however_often_rays_are_walked() {
     let mut prepared = cornell(6);
@@ -91,14 +91,15 @@ fn however_often_rays_are_walked() {
     for walks in [1, 3] {
         instrument::set_traversals_per_ray(&mut repeating, walks);
         let before = repeating.counts;
-        assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} walks a ray");
+        assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} traversals per ray");
         assert!(repeating.counts.device_seconds > before.device_seconds);
     }
     // The clock of the device cannot show more than the wait for it.
     assert!(repeating.counts.device_seconds <= repeating.counts.trace_seconds * 1.001);
 }
 
-/// Pixels are known by their number in the whole picture: crops trace these alone, and put together they are the whole.
+/// Pixels are known by their number in the whole picture: crops trace these alone, and put together
+/// they are the whole.
 #[test]
 fn split_whole_by_crops() {
     let prepared = cornell(7);

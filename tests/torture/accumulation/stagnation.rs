@@ -1,4 +1,4 @@
-//! Case 40: however many samples, their mean does not stand still.
+//! Case 40: however many samples, their mean does not stagnate.
 
 use surelight_film::Film;
 use surelight_prepare::Settings;

@@ -6,7 +6,7 @@ use surelight_prepare::Settings;
 use surelight_scenes::torture::bsdf as scenes;
 use surelight_tests::render::{Judge, render};
 
-/// (1 − α)⁶⁴ for what is seen through the sheets, and for the light that comes through them onto a floor.
+/// (1 − α)⁶⁴ for the view through the sheets, and for the light through them onto a floor.
 #[test]
 fn alpha_64() {
     let alphas = [0.002f32, 0.02, 0.06];
@@ -16,7 +16,7 @@ fn alpha_64() {
         let settings = |seed| Settings { seed, ..Settings::new(32, 32) };
         let judge = Judge::of(2 * alphas.len(), 0.05);
         let seen = render(&scenes::alpha_64(alpha), &settings(2 * seed), 16, 32);
-        judge.mean(&format!("seen through α {alpha}"), &seen, [transmittance; 3]);
+        judge.mean(&format!("view through α {alpha}"), &seen, [transmittance; 3]);
         let lit = render(&scenes::alpha_64_shadow(alpha), &settings(2 * seed + 1), 16, 32);
         judge.mean(&format!("lit through α {alpha}"), &lit, [0.5 / PI * transmittance; 3]);
     }

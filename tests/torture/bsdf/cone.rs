@@ -1,4 +1,4 @@
-//! Total internal reflection: the cone in which the sky is seen from under water.
+//! Total internal reflection: the cone in which the sky is visible from under water.
 
 use surelight_prepare::Settings;
 use surelight_scenes::torture::bsdf::{self as scenes, TIR_HALF_VIEW};
@@ -7,10 +7,12 @@ use surelight_tests::render::render;
 
 const SIDE: u32 = 64;
 
-/// Within asin(1/n) of the vertical a pixel is n²·(1 − F), beyond it exactly 0; the edge stands within a pixel of its place.
+/// Within asin(1/n) of the vertical a pixel is n²·(1 − F), beyond it exactly 0; the edge is within
+/// a pixel of its place.
 ///
-/// Below one pixel from the edge, the value is tested in the inner three quarters of the cone's radius, where F hardly
-/// changes over a pixel: 64 samples know a mean over them to some 0.1 %, and the pixels' own formula to 2·10⁻³.
+/// Below one pixel from the edge, the value is tested in the inner three quarters of the cone's
+/// radius, where F changes little over a pixel: 64 samples estimate a mean over them to some 0.1 %,
+/// and the pixels' own formula to 2·10⁻³.
 #[test]
 fn tir_cone() {
     for ior in [1.333f32, 1.5, 2.4] {
@@ -24,7 +26,7 @@ fn tir_cone() {
         for i in 0..SIDE * SIDE {
             let [x, y] = [i % SIDE, i / SIDE].map(|k| f64::from(k) + 0.5 - 0.5 * f64::from(SIDE));
             let (radius, value) = (x.hypot(y), film.mean(i as usize)[1]);
-            // Half a pixel's diagonal, and one pixel of grace.
+            // Half a pixel's diagonal, and a tolerance of one pixel.
             if radius > edge + 1.0 + std::f64::consts::FRAC_1_SQRT_2 {
                 assert_eq!(value, 0.0, "n = {ior}: light beyond the cone, {:.2} pixels from its edge", radius - edge);
                 dark += 1;

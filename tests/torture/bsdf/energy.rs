@@ -1,4 +1,5 @@
-//! What the BSDF returns of uniform light, against quadrature in f64; conservation of energy; the limit of smooth surfaces.
+//! The BSDF's albedo under uniform light, against quadrature in f64; conservation of energy; the
+//! limit of smooth surfaces.
 
 use std::sync::LazyLock;
 
@@ -23,7 +24,8 @@ fn sampled_albedo(m: &Material, samples: usize, seed: u64) -> (f64, f64) {
     (moments.mean(), moments.variance_of_mean().sqrt())
 }
 
-/// Compares sampled albedos with quadrature; prints the smallest bias that would have been seen 9 times in 10.
+/// Compares sampled albedos with quadrature; prints the smallest bias that would have been detected
+/// 9 times in 10.
 fn check(name: &str, materials: &[Material]) {
     let level = sidak_level(ALPHA, materials.len());
     let (mut pooled_bias, mut pooled_variance, mut worst_detectable) = (0.0, 0.0, 0.0_f64);
@@ -31,7 +33,8 @@ fn check(name: &str, materials: &[Material]) {
         let exact = albedo(m, 512).sum().y;
         let half = albedo(m, 256).sum().y;
         let (mean, error) = sampled_albedo(m, 250_000, seed);
-        // The error of quadrature counts too, at most its change from half the points; so do events rarer than the samples show.
+        // The error of quadrature is included, at most its change from half the points; so are
+        // events rarer than the samples show.
         let error = error.hypot(exact - half).max(1e-5);
         let test = z_test(mean, error, exact, level);
         println!("{name} α {} z {:.4}: {mean:.5} ± {error:.5}, exactly {exact:.5}", m.alpha, m.wo[2]);
@@ -44,7 +47,7 @@ fn check(name: &str, materials: &[Material]) {
     let n = materials.len() as f64;
     let pooled = z_test(pooled_bias / n, pooled_variance.sqrt() / n, 0.0, ALPHA);
     println!(
-        "{name}: a relative bias of {:.2e} in all, {worst_detectable:.1e} in any one, would have been seen",
+        "{name}: a relative bias of {:.2e} in all, {worst_detectable:.1e} in any one, would have been detected",
         pooled.detectable
     );
     assert!(pooled.p > ALPHA, "{name}: the pooled albedo is off by {:.1e} of itself", pooled_bias / n);
@@ -58,7 +61,8 @@ fn over(kind: fn(f32, f64) -> Material, alphas: &[f32], angles: &[f64]) -> Vec<M
 fn furnace_ggx() {
     let materials = over(Material::metal, &[0.001, 0.01, 0.1, 0.3, 0.6, 1.0], &[0.0, 45.0, 75.0, 88.0]);
     check("metal", &materials);
-    // α = 1 seen from above has a closed form: D = 1/π, G2 = 2c/(1 + c), and ∫ c/(1 + c) dc = 1 − ln 2.
+    // α = 1 viewed from above has a closed form: D = 1/π, G2 = 2c/(1 + c), and ∫ c/(1 + c) dc = 1 −
+    // ln 2.
     let closed = albedo(&Material::metal(1.0, 0.0), 512).sum().y;
     assert!((closed - (1.0 - std::f64::consts::LN_2)).abs() < 1e-5, "the quadrature itself is off: {closed}");
     for m in &materials {
@@ -76,8 +80,8 @@ fn other_albedos_are_the_quadrature() {
     check("medley", &over(Material::medley, &[0.05, 0.3, 1.0], &angles));
 }
 
-/// Rough glass of index 1 bends nothing: all of its facets agree on the way straight through, which must not be lost for being
-/// infinitely narrow.
+/// Rough glass of index 1 bends nothing: all of its facets agree on the way straight through, which
+/// must not be lost for being infinitely narrow.
 #[test]
 fn index_one_lets_light_through() {
     for alpha in [0.01, 0.3] {
@@ -91,9 +95,11 @@ fn index_one_lets_light_through() {
     }
 }
 
-/// A property of glTF's model, kept because files are made for it: the base is weighted by 1 − F at the half-vector, not by what
-/// the specular layer lets through, so a white glossy dielectric returns more than it gets at grazing angles, and a closed white
-/// room of it would brighten for ever. This pins down by how much; Lambertian, metal and glass surfaces never gain (tests here).
+/// A property of glTF's model, kept because files are made for it: the base is weighted by 1 − F at
+/// the half-vector, not by the transmittance of the specular layer, so a white glossy dielectric
+/// reflects more than it receives at grazing angles, and a closed white room of it would brighten
+/// without end. This test states by how much; Lambertian, metal and glass surfaces never gain
+/// (tests here).
 #[test]
 fn gltf_dielectric_gains_at_grazing_angles_only() {
     for (alpha, bound) in [(0.01, 1.05), (0.1, 1.03), (0.3, 1.01), (1.0, 1.0)] {
@@ -111,14 +117,14 @@ fn gltf_dielectric_gains_at_grazing_angles_only() {
     }
 }
 
-/// Rough glass loses only what hides behind other facets: nothing comes out of it twice.
+/// Rough glass loses only light that other facets mask: nothing leaves it twice.
 #[test]
 fn rough_glass_never_gains() {
     for kind in [Material::glass, Material::glass_within, Material::thin] {
         for m in over(kind, &[0.01, 0.1, 0.5, 1.0], &[0.0, 50.0, 80.0, 89.0]) {
             let eta2 = if m.thin == 0.0 { f64::from(m.eta).powi(2) } else { 1.0 };
             let part = albedo(&m, 256);
-            // The flux, without the squeeze of radiance.
+            // The flux, without the scaling of radiance by the squared index.
             let flux = part.reflected + part.transmitted * eta2;
             assert!(flux.max_element() < 1.0 + 1e-4, "{m:?} scatters {flux} of 1");
             for s in PROBE.sample(&m, &uniforms(20_000, 1)).iter().filter(|s| s.is_valid()) {
@@ -131,7 +137,8 @@ fn rough_glass_never_gains() {
     }
 }
 
-/// R + T = 1: with lobes chosen by Fresnel's own shares, each sample of clear smooth glass carries exactly all of the light.
+/// R + T = 1: with lobes chosen by Fresnel's own shares, each sample of clear smooth glass carries
+/// exactly all of the light.
 #[test]
 fn smooth_glass_keeps_everything() {
     for kind in [Material::glass, Material::glass_within, Material::thin] {
@@ -184,7 +191,8 @@ fn ggx_mirror() {
     }
 }
 
-/// Kernels without microfacets: every weight is the base colour, and nothing else is left to compute.
+/// Kernels without microfacets: every weight is the base colour, and there is nothing else to
+/// compute.
 #[test]
 fn lambert_has_no_variance() {
     let m = Material { base_color: [0.7, 0.3, 0.1], ..Material::lambert(50.0) };
@@ -202,7 +210,8 @@ fn lambert_has_no_variance() {
     }
 }
 
-/// The scene of case 28 itself: a pixel a plate, smooth at one end and of α = 1 at the other; in between ever less is returned.
+/// The scene of case 28 itself: one pixel per plate, smooth at one end and of α = 1 at the other;
+/// the albedo decreases in between.
 #[test]
 fn furnace_ggx_as_a_picture() {
     let film = render(&torture::scene("furnace-ggx"), &Settings::new(6, 1), 16, 1024);

@@ -1,4 +1,5 @@
-//! The files of `assets/gltf/` that are made for one extension each: read from disk, they show what is stated.
+//! The files of `assets/gltf/` that are made for one extension each: read from disk, they have the
+//! stated radiance.
 
 use std::path::PathBuf;
 
@@ -18,11 +19,12 @@ fn in_white_sky(name: &str) -> Scene {
     Scene { environment: Some(Environment::Uniform([1.0; 3])), ..file(name) }
 }
 
-/// 32 × 32 pixels × 512 samples: a lobe that is chosen 1 time in 50 strays by 1 % of its share; the test states what it sees.
+/// 32 × 32 pixels × 512 samples: a lobe that is chosen 1 time in 50 deviates by 1 % of its share;
+/// the test states its power.
 #[test]
 fn plates_and_slabs_show_what_is_stated() {
     let known: Vec<_> = FILES.iter().filter_map(|f| Some((f.entry.name, f.radiance?))).collect();
-    // Where nothing is left to chance, some roundings of f32 remain.
+    // Without random choices, some roundings of f32 remain.
     let judge = Judge { resolution: 1e-6, ..Judge::of(known.len(), 0.04) };
     for (name, radiance) in known {
         let film = render(&in_white_sky(name), &Settings::new(32, 32), 16, 32);

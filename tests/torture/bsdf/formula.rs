@@ -1,4 +1,5 @@
-//! The device's BSDF against the specifications' formulas in f64, and the identities that any BSDF obeys.
+//! The device's BSDF against the specifications' formulas in f64, and the identities that any BSDF
+//! obeys.
 
 use glam::{DVec3, Vec3};
 use surelight_tests::bsdf::{BsdfProbe, Material, sphere_directions, uniforms};
@@ -29,8 +30,9 @@ fn relative(device: f32, exact: f64, scale: f64) -> f64 {
     (f64::from(device) - exact).abs() / scale.max(1e-30)
 }
 
-/// Whether a facet is met within some degrees of grazing or of the critical angle. Fresnel's equations have the square root of a
-/// difference there, which keeps few digits in f32; it adds nothing to a picture.
+/// Whether the angle at a facet is within some degrees of grazing or of the critical angle.
+/// Fresnel's equations have the square root of a difference there, which keeps few digits in f32;
+/// it has no effect on a picture.
 fn nearly_critical(m: &Material, wo: Vec3, wi: Vec3) -> bool {
     let solid = m.transmission > 0.0 && m.thin == 0.0;
     let h = if wi.z < 0.0 { wo + m.eta * wi } else { wo + wi }.normalize();
@@ -134,7 +136,7 @@ fn reciprocity() {
             if wo.z < 0.05 || wi.z.abs() < 0.05 || nearly_critical(&m, wo, wi) {
                 continue;
             }
-            // Seen from the other side, up is down.
+            // From the other side, up is down.
             let flip = Vec3::new(1.0, 1.0, wi.z.signum());
             let through = wi.z < 0.0 && m.thin == 0.0;
             let eta = if through { 1.0 / m.eta } else { m.eta };

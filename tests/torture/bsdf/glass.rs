@@ -1,4 +1,5 @@
-//! Smooth glass in closed form: slabs with all their internal reflections, absorption, bodies in a uniform sky, and mirrors.
+//! Smooth glass in closed form: slabs with all their internal reflections, absorption, bodies in a
+//! uniform sky, and mirrors.
 
 use glam::DVec3;
 use surelight_prepare::Settings;
@@ -7,7 +8,8 @@ use surelight_scenes::{glb, probes, shapes::Shape};
 use surelight_tests::render::{Judge, all, render};
 use surelight_tests::scenes::{add, look_at, pinhole};
 
-/// Transmittance (red), reflectance (green) and their sum (blue) of slabs, clear and tinted: R = 2r/(1 + r) for the clear ones.
+/// Transmittance (red), reflectance (green) and their sum (blue) of slabs, clear and tinted: R =
+/// 2r/(1 + r) for the clear ones.
 #[test]
 fn slab() {
     for (ior, absorption) in [(1.5f32, 1.0f32), (2.4, 1.0), (1.33, 1.0), (1.5, 0.5), (1.5, 0.05)] {
@@ -35,11 +37,13 @@ fn in_white_sky(shape: Shape, material: Material, yfov: f64) -> Scene {
     scene
 }
 
-/// Clear glass in a uniform sky cannot be seen: all that goes in comes out, and radiance is back to itself outside.
+/// Clear glass in a uniform sky is invisible: all light that enters leaves, and radiance is
+/// unchanged outside.
 #[test]
 fn clear_bodies_are_invisible() {
     let bodies = [
-        // Not its rim: light that enters a faceted ball there may go round inside for long, by total reflection.
+        // Not its rim: light that enters a faceted ball there may go round inside for long, by
+        // total reflection.
         ("ball", Shape::icosphere(4).faceted(), 12.5),
         ("cube", Shape::cuboid(DVec3::splat(-0.7), DVec3::splat(0.7)), 30.0),
         ("lens", Shape::lens(1.5, 0.9, 6, 24).faceted(), 30.0),
@@ -55,8 +59,9 @@ fn clear_bodies_are_invisible() {
     Judge::of(4, 0.012).mean("dispersive cube", &film, [1.0; 3]);
 }
 
-/// What is open has no inside: a file's sheets and bowls of clear glass are thin walls, which a furnace does not show from
-/// either side. (As boundaries of a medium they are 0.47 and 2.2.) Every sample is 1.
+/// Open meshes have no inside: a file's sheets and bowls of clear glass are thin walls, which a
+/// furnace does not show from either side. (As boundaries of a medium they are 0.47 and 2.2.) Every
+/// sample is 1.
 #[test]
 fn open_volumes_are_thin_walls() {
     let sheet = Shape::parallelogram(DVec3::ZERO, DVec3::X, DVec3::Y).placed(1.0, DVec3::new(1.0, 2.0, 4.0) * 0.1);
@@ -77,7 +82,7 @@ fn open_volumes_are_thin_walls() {
     }
 }
 
-/// A path through a block of matched index runs straight: e^(−σd) and nothing else.
+/// A path through a block of matched index is straight: e^(−σd) and nothing else.
 #[test]
 fn absorption_is_exponential() {
     let volume = Volume { attenuation_distance: 0.8, attenuation_color: [0.9, 0.5, 0.1] };
@@ -105,7 +110,8 @@ fn absorption_is_exponential() {
     }
 }
 
-/// Transmittance and reflectance of a stack of interfaces, incoherently: each adds to what stands before it.
+/// Transmittance and reflectance of a stack of interfaces, incoherently: each adds to those before
+/// it.
 fn stack(layers: &[(f64, f64)]) -> (f64, f64) {
     // Of the stack so far: transmittance, reflectance from the front and from the back.
     let (mut t, mut front, mut back) = (1.0, 0.0, 0.0);
@@ -129,8 +135,8 @@ fn volume(ior: f32, per_metre: f32) -> Material {
     Material { ior, ..glass(Volume { attenuation_distance: distance, attenuation_color: [per_metre; 3] }) }
 }
 
-/// The lamps of a slab's scene, with these blocks between them: from and to in z, and a material each. Half-widths fall, so that the
-/// later block is the smaller.
+/// The lamps of a slab's scene, with these blocks between them: from and to in z, and a material
+/// each. Half-widths fall, so that the later block is the smaller.
 fn blocks(all: &[(f64, f64, Material)]) -> Scene {
     let mut scene = probes::slab(1.5, 1.0, 1.0);
     scene.instances.remove(0);
@@ -141,7 +147,8 @@ fn blocks(all: &[(f64, f64, Material)]) -> Scene {
     scene
 }
 
-/// Volumes within volumes, overlapping, and of one medium, by closed form; rays come from z = 2 downwards.
+/// Volumes within volumes, overlapping, and of one medium, by closed form; rays come from z = 2
+/// downwards.
 #[test]
 fn nested_volumes() {
     let (water, ice) = (volume(1.33, 0.8), volume(1.8, 0.6));
@@ -186,8 +193,8 @@ fn nested_volumes() {
     }
 }
 
-/// An index of 1, none at all and attenuation at both ends of f32: no sample is lost (`render` would fail), and what is left is
-/// light or darkness.
+/// An index of 1, none at all and attenuation at both ends of f32: no sample is lost (`render`
+/// would fail), and the result is light or darkness.
 #[test]
 fn extreme_media_stay_finite() {
     let film = |distance: f32, color: [f32; 3], ior: f32| {
@@ -205,7 +212,8 @@ fn extreme_media_stay_finite() {
     }
 }
 
-/// The whole faceted ball, rim included, where light goes round inside for long by total reflection: 1.000 at unbounded depth.
+/// The whole faceted ball, rim included, where light goes round inside for long by total
+/// reflection: 1.000 at unbounded depth.
 #[test]
 fn glass_sphere_furnace() {
     let scene = surelight_scenes::torture::scene("glass-sphere-furnace");

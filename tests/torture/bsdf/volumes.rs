@@ -1,4 +1,5 @@
-//! Volumes with alpha: an object is there or not for all of a path's way through it. In a white furnace that shows 1, exactly.
+//! Volumes with alpha: an object is hit or skipped as a whole by a path. In a white furnace that
+//! gives 1, exactly.
 
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 use surelight_accel::Instancing;
@@ -43,7 +44,8 @@ fn furnace() -> Scene {
     }
 }
 
-/// Blended glass, a mask with holes, one within another, mirrored instances: never above 1, and never below.
+/// Blended glass, a mask with holes, one within another, mirrored instances: never above 1, and
+/// never below.
 #[test]
 fn alpha_volumes_in_a_furnace() {
     let cube = || Shape::cuboid(DVec3::splat(-0.7), DVec3::splat(0.7));
@@ -83,7 +85,8 @@ fn alpha_volumes_in_a_furnace() {
     }
 }
 
-/// A ball of rough glass with alpha on a floor: light sampling finds what directions find, inside and out.
+/// A ball of rough glass with alpha on a floor: light sampling agrees with directions, inside and
+/// out.
 #[test]
 fn estimators_agree_about_alpha_volumes() {
     let tint = Volume { attenuation_distance: 0.4, attenuation_color: [0.4, 0.7, 0.9] };
@@ -104,8 +107,8 @@ fn estimators_agree_about_alpha_volumes() {
     }
 }
 
-/// A tub of tinted rough glass without a lid, under a map: what escapes from the medium into the sky is as dark for directions as for
-/// light sampling.
+/// A tub of tinted rough glass without a lid, under a map: light between the medium and the sky is
+/// attenuated equally for directions and for light sampling.
 #[test]
 fn estimators_agree_about_open_media() {
     let tint = Volume { attenuation_distance: 1.0, attenuation_color: [0.4, 0.7, 1.0] };

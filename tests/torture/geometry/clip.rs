@@ -1,5 +1,5 @@
-//! Clipping planes of cameras (glTF 2.0, section 3.10.3): what lies before the near plane or beyond
-//! the far plane is not shown.
+//! Clipping planes of cameras (glTF 2.0, section 3.10.3): surfaces nearer than the near plane or
+//! beyond the far plane are not shown.
 //!
 //! Surfaces are unlit, so that pictures have no variance. Scenes go through files, so that the
 //! planes are those that were read.
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use surelight_film::Film;
-use surelight_prepare::{Cut, Part, Prepared, Settings};
+use surelight_prepare::{ActiveClipPlanes, Part, Prepared, Settings};
 use surelight_render::Renderer;
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes};
 use surelight_scenes::{glb, shapes::Shape};
@@ -33,7 +33,7 @@ fn wall(scene: &mut Scene, depth: f64, [left, right]: [f64; 2], color: [f64; 3])
 
 const EVERYWHERE: [f64; 2] = [-20.0, 20.0];
 
-/// A camera at the origin that looks along −Z, with a right angle of view or 4 m wide.
+/// A camera at the origin along −Z, with a right angle of view or 4 m wide.
 fn camera(is_orthographic: bool, near: f64, far: f64) -> Camera {
     let place = DAffine3::IDENTITY;
     let camera = if is_orthographic { orthographic(place, 2.0) } else { pinhole(place, 90.0) };
@@ -54,15 +54,15 @@ fn settings() -> Settings {
     Settings::new(SIDE, SIDE)
 }
 
-/// The picture, whose kernel knows of the planes if they cut something.
-fn picture(scene: &Scene, settings: &Settings, cut: Cut) -> Film {
+/// The picture, whose kernel contains the planes if they clip something.
+fn picture(scene: &Scene, settings: &Settings, cut: ActiveClipPlanes) -> Film {
     let prepared = prepare(scene, settings);
     assert_eq!(prepared.cut, cut);
     assert_eq!(prepared.key().has(Part::CameraClip), cut.any());
     trace(&prepared, [SIDE; 2], 2, 8)
 }
 
-/// Every pixel shows what `color` says of its column and row.
+/// Every pixel has the `color` of its column and row.
 fn assert_shows(film: &Film, color: impl Fn(usize, usize) -> [f64; 3]) {
     for i in all(film) {
         let (x, y) = (i % SIDE as usize, i / SIDE as usize);
@@ -70,11 +70,11 @@ fn assert_shows(film: &Film, color: impl Fn(usize, usize) -> [f64; 3]) {
     }
 }
 
-const NEAR: Cut = Cut { near: true, far: false, medium: false };
-const FAR: Cut = Cut { near: false, far: true, medium: false };
+const NEAR: ActiveClipPlanes = ActiveClipPlanes { near: true, far: false, medium: false };
+const FAR: ActiveClipPlanes = ActiveClipPlanes { near: false, far: true, medium: false };
 
-/// Red stands before the near plane, green just behind it. A sphere of its radius would leave red
-/// in the corners.
+/// Red is before the near plane, green just behind it. A sphere of its radius would leave red in
+/// the corners.
 fn near_plane(is_orthographic: bool) {
     let mut scene = Scene::default();
     wall(&mut scene, 1.9, EVERYWHERE, RED);
@@ -82,7 +82,7 @@ fn near_plane(is_orthographic: bool) {
     let clipped = through_file(scene.clone(), camera(is_orthographic, 2.0, 64.0));
     assert_shows(&picture(&clipped, &settings(), NEAR), |_, _| GREEN);
     let whole = through_file(scene, camera(is_orthographic, 1.0, 64.0));
-    assert_shows(&picture(&whole, &settings(), Cut::default()), |_, _| RED);
+    assert_shows(&picture(&whole, &settings(), ActiveClipPlanes::default()), |_, _| RED);
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn leaning_wall() {
     }
 }
 
-/// Depths count from the camera, whatever is cut.
+/// Depths are measured from the camera, wherever the planes are.
 #[test]
 fn depth_counts_from_the_camera() {
     for is_orthographic in [false, true] {
@@ -144,7 +144,7 @@ fn depth_counts_from_the_camera() {
         wall(&mut scene, 9.0, [0.0, 20.0], RED);
         let scene = through_file(scene, camera(is_orthographic, 2.0, 8.0));
         let prepared = prepare(&scene, &settings());
-        assert_eq!(prepared.cut, Cut { near: true, far: true, medium: false });
+        assert_eq!(prepared.cut, ActiveClipPlanes { near: true, far: true, medium: false });
         let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
         let mut film = Film::new(SIDE, SIDE);
         renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{e}"));
@@ -173,11 +173,11 @@ fn near_plane_of_a_lens() {
     wall(&mut scene, 1.0, [1.05, 2.0], RED);
     wall(&mut scene, 3.0, EVERYWHERE, GREEN);
     let scene = through_file(scene, camera(false, 2.0, 64.0));
-    assert_shows(&picture(&scene, &settings(), Cut::default()), |_, _| GREEN);
+    assert_shows(&picture(&scene, &settings(), ActiveClipPlanes::default()), |_, _| GREEN);
     assert_shows(&picture(&scene, &lens, NEAR), |_, _| GREEN);
 }
 
-/// What is cut still casts shadows, and is seen by mirrors.
+/// Clipped surfaces still cast shadows, and show in mirrors.
 #[test]
 fn cut_surfaces_keep_light_off() {
     let mut scene = Scene::default();
@@ -188,7 +188,7 @@ fn cut_surfaces_keep_light_off() {
     let scene = through_file(scene, camera(true, 2.0, 3.5));
     let film = picture(&scene, &settings(), NEAR);
     let mean = |c: usize| all(&film).map(|i| film.mean(i)[c]).sum::<f64>() / all(&film).len() as f64;
-    // Nearly all that the white wall sees is the red one.
+    // Nearly all light on the white wall is from the red one.
     assert!(mean(0) > 0.9 && mean(1) == 0.0 && mean(2) < 0.05, "{} {} {}", mean(0), mean(1), mean(2));
 }
 
@@ -207,9 +207,9 @@ fn planes_that_cut_nothing() {
     let [clipped, whole] = [clipped, whole].map(|scene| {
         let prepared = prepare(&scene, &settings());
         let wgsl = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}")).wgsl;
-        (prepared.key(), wgsl, bits(&picture(&scene, &settings(), Cut::default())))
+        (prepared.key(), wgsl, bits(&picture(&scene, &settings(), ActiveClipPlanes::default())))
     });
-    assert!(!whole.1.contains("clip"), "the kernel knows of clipping");
+    assert!(!whole.1.contains("clip"), "the kernel contains clipping");
     assert!(clipped == whole, "planes that cut nothing change the kernel or the picture");
 }
 
@@ -240,7 +240,12 @@ fn assets_are_not_cut() {
             }
             let scene = surelight_scene::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
             for camera in &scene.cameras {
-                assert_eq!(Cut::find(&scene, camera, &settings()), Cut::default(), "{}", path.display());
+                assert_eq!(
+                    ActiveClipPlanes::find(&scene, camera, &settings()),
+                    ActiveClipPlanes::default(),
+                    "{}",
+                    path.display()
+                );
                 count += 1;
             }
         }

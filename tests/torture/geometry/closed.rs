@@ -15,7 +15,7 @@ fn lit(film: &Film) -> usize {
 }
 
 /// Camera rays of a picture of this scene, and pixels that light has reached.
-fn look(scene: &Scene, batches: u32) -> (u64, usize) {
+fn primary_hits(scene: &Scene, batches: u32) -> (u64, usize) {
     let film = trace(&prepare(scene, &Settings::new(256, 256)), [256, 256], batches, 16);
     (all(&film).map(|i| film.samples(i)).sum(), lit(&film))
 }
@@ -26,19 +26,19 @@ fn watertight_inside() {
     let batches = if cfg!(feature = "long") { 48 } else { 2 };
     let (mut rays, mut pixels) = (0, 0);
     for scene in [torture::scene("watertight-inside"), torture::scene("vertex-edge-aim")] {
-        let (r, p) = look(&scene, batches);
+        let (r, p) = primary_hits(&scene, batches);
         (rays, pixels) = (rays + r, pixels + p);
     }
     println!("{rays} rays, light in {pixels} pixels");
     assert_eq!(pixels, 0, "light comes into a closed ball");
-    // A single triangle less, and it would be seen.
+    // A single missing triangle is detected.
     let mut open = geometry::watertight_inside(DVec3::ZERO);
     let (ahead, mesh) = (-open.cameras[0].to_world.translation.as_vec3(), &mut open.meshes[0]);
     let along = |t: &[u32; 3]| t.iter().map(|&i| mesh.positions[i as usize]).sum::<Vec3>().dot(ahead);
     let seen =
         (0..mesh.triangles.len()).max_by(|&a, &b| along(&mesh.triangles[a]).total_cmp(&along(&mesh.triangles[b])));
     mesh.triangles.remove(seen.expect("it has triangles"));
-    assert!(look(&open, 1).1 > 0, "a hole is not seen");
+    assert!(primary_hits(&open, 1).1 > 0, "a hole is not detected");
 }
 
 #[test]

@@ -5,11 +5,11 @@ use surelight_prepare::{Integrator, Settings};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 use surelight_scenes::{
     glb,
-    torture::geometry::{self, Defects, Twins},
+    torture::geometry::{self, Defects, DuplicatedPart},
 };
 use surelight_tests::render::{all, bits, pooled, prepare, render, trace};
 
-/// The bits of a picture, and what the BVH left out.
+/// The bits of a picture, and the counts of skipped triangles.
 fn picture(scene: &Scene) -> (Vec<[u64; 3]>, Skipped) {
     let prepared = prepare(scene, &Settings::new(32, 32));
     (bits(&trace(&prepared, [32, 32], 2, 8)), prepared.accel.skipped)
@@ -40,28 +40,30 @@ fn degenerate() {
     }
 }
 
-/// Whichever twin a ray meets, it is one surface: in the same place, with the same samples, bit for bit.
+/// Whichever copy a ray hits, it is one surface: in the same place, with the same samples, bit for
+/// bit.
 #[test]
 fn coplanar_twins() {
-    let film = |twins| render(&geometry::coplanar_twins(twins), &Settings::new(32, 32), 4, 16);
-    let (single, twins) = (film(Twins::None), film(Twins::Surfaces));
+    let film = |duplicated| render(&geometry::coplanar_twins(duplicated), &Settings::new(32, 32), 4, 16);
+    let (single, duplicated) = (film(DuplicatedPart::None), film(DuplicatedPart::Surfaces));
     let lit = all(&single).filter(|&i| single.mean(i)[0] > 0.0).count();
     assert!(lit > 500, "{lit} pixels are lit");
-    let differ = bits(&single).iter().zip(bits(&twins)).filter(|(a, b)| **a != *b).count();
+    let differ = bits(&single).iter().zip(bits(&duplicated)).filter(|(a, b)| **a != *b).count();
     assert_eq!(differ, 0, "pixels differ where surfaces are there twice");
 }
 
-/// A known issue: a lamp that is there twice. A ray meets one of the twins, but either may be sampled as a light, and each then brings
-/// all of its light: sampled lights say up to twice what directions find. Which is right is no question of rendering; that both
-/// estimators should say the same is. When this fails, twins among lights have been told apart: make it part of `coplanar_twins`.
+/// A known issue: a duplicated lamp. A ray hits one of the copies, but either may be sampled as a
+/// light, and each then contributes all of its light: light sampling gives up to twice the radiance
+/// of directions. Both estimators should agree, whichever is right. When this test fails,
+/// duplicated lights are handled: make it part of `coplanar_twins`.
 #[test]
-fn coplanar_twin_lamps_are_a_known_issue() {
+fn coplanar_duplicate_lamps_are_a_known_issue() {
     let film = |integrator, seed| {
         let settings = Settings { integrator, seed, max_bounces: Some(1), ..Settings::new(24, 24) };
-        let film = render(&geometry::coplanar_twins(Twins::Lamp), &settings, 16, 32);
+        let film = render(&geometry::coplanar_twins(DuplicatedPart::Lamp), &settings, 16, 32);
         pooled(&film, 1, all(&film)).mean
     };
     let (area, hemisphere) = (film(Integrator::Area, 1), film(Integrator::default_hemisphere(), 2));
     println!("a lamp that is there twice: {area:.4} by points on it, {hemisphere:.4} by directions");
-    assert!(area > 1.5 * hemisphere, "twins among lamps no longer shine twice: {area} and {hemisphere}");
+    assert!(area > 1.5 * hemisphere, "duplicated lamps no longer contribute twice: {area} and {hemisphere}");
 }

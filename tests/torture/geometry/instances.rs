@@ -1,4 +1,4 @@
-//! Case 17: instances under any transform show what their copies show.
+//! Case 17: instances under any transform render as their copies.
 
 use surelight_accel::{BuildOptions, Instancing};
 use surelight_prepare::{Part, Settings};

@@ -6,4 +6,4 @@ mod defects;
 mod instances;
 mod normals;
 mod respawn;
-mod walk;
+mod traversal;

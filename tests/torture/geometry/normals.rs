@@ -14,8 +14,9 @@ const SIZE: [u32; 2] = [48, 32];
 /// Subpixels along each side that the truth is averaged over.
 const FINE: u32 = 8;
 
-/// The documented rule: a point whose shading normal leans by θ shows (1 + cos θ)/2 of a white sky. A normal that does not face the
-/// viewer is turned until it just does; one that then leaves the surface's side gives way to the surface's own.
+/// The documented rule: a point whose shading normal leans by θ reflects (1 + cos θ)/2 of a white
+/// sky. A normal that does not face the viewer is turned until it just does; one that then leaves
+/// the surface's side is replaced by the geometric normal.
 fn rule(shading: DVec3, geometric: DVec3, direction: DVec3) -> f64 {
     let side = -geometric.dot(direction).signum();
     let (ng, ns) = (geometric * side, shading * side);
@@ -25,7 +26,7 @@ fn rule(shading: DVec3, geometric: DVec3, direction: DVec3) -> f64 {
     (1.0 + ns.dot(ng)) / 2.0
 }
 
-/// What each half of the picture shows on average by the rule, by rays in f64.
+/// The average of each half of the picture by the rule, by rays in f64.
 fn truth(scene: &Scene) -> [f64; 2] {
     let camera = &scene.cameras[0];
     let eye = camera.to_world.translation;
@@ -64,11 +65,12 @@ fn shading_normal_flip() {
     for (half, truth) in truth(&scene).into_iter().enumerate() {
         let own = |i: &usize| usize::from(*i as u32 % SIZE[0] >= SIZE[0] / 2) == half;
         let mean = pooled(&film, 1, all(&film).filter(own));
-        // The truth is an average over finite subpixels, too: silhouettes make it uncertain by some 1e-4.
+        // The truth is an average over finite subpixels, too: silhouettes make it uncertain by some
+        // 1e-4.
         let test = z_test(mean.mean, mean.variance.sqrt().hypot(1e-4), truth, level);
         let name = ["smooth", "turned over"][half];
         println!(
-            "{name}: {:.5}, truth {truth:.5}, z {:+.2}; a bias of {:.2} % would be seen",
+            "{name}: {:.5}, truth {truth:.5}, z {:+.2}; a bias of {:.2} % would be detected",
             mean.mean,
             test.z,
             100.0 * test.detectable

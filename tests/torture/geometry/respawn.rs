@@ -1,4 +1,5 @@
-//! Case 11: rays that leave a surface, by the kernel's own offset, neither meet it again nor get out of a closed room.
+//! Case 11: rays that leave a surface, by the kernel's own offset, neither hit it again nor get out
+//! of a closed room.
 
 use glam::{DAffine3, DVec3};
 use surelight_accel::Instancing;

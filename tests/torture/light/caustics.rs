@@ -1,7 +1,8 @@
-//! Light traced from the lights: closed forms where no path from the camera could find it, and paths from the camera where they can.
+//! Light traced from the lights: closed forms where no path from the camera could find it, and
+//! paths from the camera where they can.
 //!
-//! Particles land on many pixels, whose sums are therefore not independent of one another. Batches are: means over pixels are
-//! judged by their spread over batches.
+//! Particles land on many pixels, whose sums are therefore not independent of one another. Batches
+//! are: means over pixels are judged by their spread over batches.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -59,8 +60,9 @@ fn means(scene: &Scene, settings: &Settings, batches: u32, samples: u32) -> [[Es
     sums.map(|part| part.map(estimate))
 }
 
-/// Holds light that is traced from the lights against light that paths from the camera find by chance: Welch's test of each part of the
-/// picture in each channel. `power`: the largest bias of the whole picture that may go unseen 1 time in 10; `of`: comparisons in all.
+/// Holds light that is traced from the lights against light that paths from the camera find by
+/// chance: Welch's test of each part of the picture in each channel. `power`: the largest bias of
+/// the whole picture that may go unseen 1 time in 10; `of`: comparisons in all.
 fn assert_equal(name: &str, scene: &Scene, change: impl Fn(&mut Settings), samples: [u32; 2], power: f64, of: usize) {
     let of_method = |integrator, seed, samples| {
         let mut settings = settings(integrator, seed);
@@ -78,14 +80,14 @@ fn assert_equal(name: &str, scene: &Scene, change: impl Fn(&mut Settings), sampl
             if part == 0 {
                 let detectable = detectable_bias(test.standard_error, level, 0.9) / b[c].mean;
                 println!(
-                    "{name}, channel {c}: {:.5} ± {:.1e} traced from the lights, {:.5} ± {:.1e} by chance; {:.2} % would be seen",
+                    "{name}, channel {c}: {:.5} ± {:.1e} traced from the lights, {:.5} ± {:.1e} by chance; {:.2} % would be detected",
                     a[c].mean,
                     a[c].variance.sqrt(),
                     b[c].mean,
                     b[c].variance.sqrt(),
                     100.0 * detectable
                 );
-                assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be seen");
+                assert!(detectable <= power, "{name}: only a bias of {detectable:.1e} could be detected");
             }
             assert!(
                 test.p > level,
@@ -109,12 +111,16 @@ fn assert_mean(name: &str, scene: &Scene, samples: u32, truth: f64, power: f64, 
     let error = mean.variance.sqrt().hypot(1e-6 * truth);
     let test = z_test(mean.mean, error, truth, level);
     println!(
-        "{name}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would be seen",
+        "{name}: {:.6} ± {error:.1e}, truth {truth:.6}, z {:+.2}; a bias of {:.3} % would be detected",
         mean.mean,
         test.z,
         100.0 * test.detectable / truth
     );
-    assert!(test.detectable <= power * truth, "{name}: only a bias of {:.1e} could be seen", test.detectable / truth);
+    assert!(
+        test.detectable <= power * truth,
+        "{name}: only a bias of {:.1e} could be detected",
+        test.detectable / truth
+    );
     assert!(test.p > level, "{name}: {} ± {error:.1e} instead of {truth}, z = {:.2}", mean.mean, test.z);
 }
 
@@ -149,14 +155,16 @@ fn mean_over(middle: [f64; 2], half: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
     points.sum::<f64>() / f64::from(GRID * GRID)
 }
 
-/// Points and parallel light, which no path from the camera meets: through the globe about a point all light leaves along its radii, so that
-/// the floor is lit as by the bare point; a mirror shows a point's image; a pane lets (1 − r)²τ / (1 − r²τ²) through (Born & Wolf, section
+/// Point and parallel lights, which no path from the camera hits: all light of a point at the
+/// centre of a globe leaves along its radii, so that the floor is lit as by the bare point; a
+/// mirror forms a point's image; a pane lets (1 − r)²τ / (1 − r²τ²) through (Born & Wolf, section
 /// 1.6).
 #[test]
 fn closed_forms() {
-    // A ball of smooth normals about the light, which reflections cross again and again: none is lost.
+    // A ball of smooth normals about the light, which reflections cross again and again: none is
+    // lost.
     let mut scene = Scene::default();
-    // What the floor sends up to the globe and gets back is 0.05 of some hundredth.
+    // The interreflection between floor and globe is 0.05 of some hundredth.
     floor(&mut scene, 0.05);
     place(&mut scene, Shape::icosphere(4).placed(0.4, DVec3::Y), glass(clear()));
     lamp(&mut scene, LightKind::Point { position: DVec3::Y }, [1.0; 3]);
@@ -205,7 +213,8 @@ fn place(scene: &mut Scene, shape: Shape, material: Material) {
     scene.instances.push(Instance { mesh: scene.meshes.len() - 1, to_world: DAffine3::IDENTITY });
 }
 
-/// A floor, a shape of a material half a metre above it, a lamp at the side; the camera looks at the floor and at the shape.
+/// A floor, a shape of a material half a metre above it, a lamp at the side; the floor and the
+/// shape are in the picture.
 fn table(shape: Shape, smooth: bool, material: Material) -> Scene {
     let mut scene = Scene::default();
     floor(&mut scene, 0.5);
@@ -221,7 +230,7 @@ pub(super) fn table_of_glass() -> Scene {
     table(ball(), true, glass(clear()))
 }
 
-/// Holds a scene like those of [`as_by_chance`] against chance.
+/// Compares a scene like those of [`as_by_chance`] with paths that find the light by chance.
 pub(super) fn assert_as_by_chance(name: &str, scene: &Scene) {
     assert_equal(name, scene, |_| {}, [256, 512], 0.03, 1);
 }
@@ -230,8 +239,9 @@ fn ball() -> Shape {
     Shape::icosphere(2).placed(0.3, DVec3::Y * 0.45)
 }
 
-/// Against chance, where the lamp is so large that chance finds it: curved glass by shading normals on coarse triangles, with a tint; a coat on
-/// glass; plastic and coats whose other lobes scatter; blended cover; dispersion; a lens, parallel rays; a map's sun through a thin pane.
+/// Against chance, where the lamp is so large that chance finds it: curved glass by shading normals
+/// on coarse triangles, with a tint; a coat on glass; plastic and coats whose other lobes scatter;
+/// blended cover; dispersion; a lens, parallel rays; a map's sun through a thin pane.
 #[test]
 fn as_by_chance() {
     const OF: usize = 5;
@@ -270,7 +280,8 @@ fn as_by_chance() {
     };
     let panel = Shape::panel(DVec3::new(0.2, 0.5, -0.5), DVec3::new(0.0, 0.0, 0.5), 0.4, 0.4);
     let mut mirrors = table(panel, true, blend);
-    // Shading normals that lean, of the mirror and of what it lights: flux is not what a picture of flat surfaces would have.
+    // Shading normals that lean, of the mirror and of the surface that it lights: flux differs from
+    // that of flat surfaces.
     for (mesh, lean) in [(0, DVec3::new(-0.3, 0.0, 0.2)), (1, DVec3::new(0.25, 0.15, 0.0))] {
         let mesh = &mut mirrors.meshes[mesh];
         let [a, b, c] = mesh.triangles[0].map(|i| mesh.positions[i as usize].as_dvec3());
@@ -334,7 +345,8 @@ fn crops_and_parts_are_the_whole() {
     }
 }
 
-/// Through the globe all light is traced from the lamp, alike for pixels of few samples and of many: what paths from the camera add is none.
+/// Through the globe all light is traced from the lamp, for pixels of few samples and of many:
+/// paths from the camera add none.
 #[test]
 fn adaptive_pixels_are_as_bright() {
     let mut scene = globe(None);
@@ -360,8 +372,8 @@ fn adaptive_pixels_are_as_bright() {
     }
 }
 
-/// Particles are seen between the camera's planes alone: a wall before the near plane hides
-/// nothing, and the floor ends at the far plane. Depths of what is seen are from 1.7 to 2.6 m.
+/// Particles are visible between the camera's planes alone: a wall before the near plane hides
+/// nothing, and the floor ends at the far plane. Visible depths are from 1.7 to 2.6 m.
 #[test]
 fn between_clipping_planes() {
     const OF: usize = 2;

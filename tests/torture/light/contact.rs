@@ -1,4 +1,4 @@
-//! A lamp that touches what it lights.
+//! A lamp that touches the surface that it lights.
 
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
@@ -29,8 +29,9 @@ fn picture(integrator: Integrator, samples: u32) -> Film {
     render(&torture::scene("contact-light"), &settings, 16, samples)
 }
 
-/// Joined by multiple importance sampling the picture is Lambert's formula, at the edge too, and every pixel is certified. By the area
-/// form alone the pixels at the edge have no variance: they are *not* certified, while those away from it are.
+/// Joined by multiple importance sampling the picture is Lambert's formula, at the edge too, and
+/// every pixel is certified. By the area form alone the pixels at the edge have no variance: they
+/// are *not* certified, while those away from it are.
 #[test]
 fn contact_light() {
     let mis = picture(Integrator::Mis, 64);
@@ -42,7 +43,7 @@ fn contact_light() {
         let test = z_test(mean.mean, mean.variance.sqrt().hypot(1e-4 * exact), exact, level);
         let seen = 100.0 * test.detectable / exact;
         println!(
-            "mis, {name}: {:.5}, exactly {exact:.5}, z {:+.2}; a bias of {seen:.2} % would be seen",
+            "mis, {name}: {:.5}, exactly {exact:.5}, z {:+.2}; a bias of {seen:.2} % would be detected",
             mean.mean, test.z
         );
         assert!(test.p > level && seen < 1.0, "mis, {name}: {test:?}");

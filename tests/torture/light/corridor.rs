@@ -1,10 +1,11 @@
-//! Light that comes by mirrors alone.
+//! Light by way of mirrors alone.
 
 use surelight_prepare::Settings;
 use surelight_scenes::probes;
 use surelight_tests::render::{all, render};
 
-/// Light between two mirrors: Fᵏ after k reflections, without variance while roulette spares the path.
+/// Light between two mirrors: Fᵏ after k reflections, without variance while roulette keeps the
+/// path.
 #[test]
 fn mirror_corridor() {
     let f0 = [0.95f32, 0.9, 0.8];

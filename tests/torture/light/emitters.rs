@@ -1,7 +1,8 @@
-//! Emitters with alpha: a point on a light counts by the coverage there, for every estimator that samples lights.
+//! Emitters with alpha: a point on a light is weighted by the coverage there, for every estimator
+//! that samples lights.
 //!
-//! A ray meets an emitter only where it is there: BLEND's alpha is the probability of that, MASK's test is 0 or 1. Light sampling
-//! must multiply by the same, or a hidden emitter lights the room.
+//! A ray hits an emitter only where it is covered: BLEND's alpha is the probability of that, MASK's
+//! test is 0 or 1. Light sampling must multiply by the same, or a hidden emitter lights the room.
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use surelight_prepare::{Directions, Integrator, Part, Settings};
@@ -27,7 +28,8 @@ fn settings(integrator: Integrator, seed: u32) -> Settings {
     Settings { integrator, seed, ..Settings::new(SIZE, SIZE) }
 }
 
-/// A floor under a black square lamp of a metre, seen from above the lamp's edge: parallel rays of half a metre around a point.
+/// A floor under a black square lamp of a metre, viewed from above the lamp's edge: parallel rays
+/// of half a metre around a point.
 fn lit_floor(alpha: f32, mode: AlphaMode) -> Scene {
     let mut scene = Scene { name: "lit floor".into(), ..Scene::default() };
     add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 4.0, DVec3::NEG_Z * 4.0), lambert([0.5; 3]));
@@ -82,7 +84,7 @@ fn emitters_count_by_coverage() {
             judge.mean(&format!("{name}, {method}"), &film, [3.0, 2.0, 1.0].map(|l| l * truth));
         }
     }
-    // What is not there sends nothing, and is no light to be sampled.
+    // Surfaces of alpha 0 emit nothing, and are no lights to sample.
     for (alpha, mode) in [(0.4, AlphaMode::Mask(0.5)), (0.0, AlphaMode::Blend)] {
         let gone = lit_floor(alpha, mode);
         for (method, integrator) in INTEGRATORS {
@@ -111,7 +113,8 @@ fn by_vertices() -> Scene {
     scene
 }
 
-/// Lamps of every kind of coverage at once, under a light tree, one of them placed twice and mirrored once; and shining to both sides.
+/// Lamps of every kind of coverage at once, under a light tree, one of them placed twice and
+/// mirrored once; and shining to both sides.
 fn lamps() -> Scene {
     let mut scene = Scene { name: "lamps with alpha".into(), ..Scene::default() };
     add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([0.7, 0.6, 0.5]));
@@ -123,7 +126,7 @@ fn lamps() -> Scene {
         double_sided: true,
         ..emitter([8.0, 6.0, 4.0])
     };
-    // Colours that differ from corner to corner tell a mirrored lamp from its image.
+    // Colours that differ from corner to corner distinguish a mirrored lamp from its image.
     for (i, texel) in scene.images[0].rgba.chunks_exact_mut(4).enumerate() {
         texel[..3].copy_from_slice(&[255 - 20 * i as u8, 60 + 10 * i as u8, 30 * (i % 4) as u8]);
     }
@@ -164,7 +167,7 @@ fn estimators_agree_about_emitters_with_alpha() {
     }
 }
 
-/// Particles leave a blended lamp by its coverage, as paths meet it by chance.
+/// Particles leave a blended lamp by its coverage, as paths hit it by chance.
 #[test]
 fn particles_leave_emitters_by_coverage() {
     let mut scene = caustics::table_of_glass();

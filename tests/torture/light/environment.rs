@@ -1,4 +1,5 @@
-//! Environment maps: the right way round, sampled as claimed, and lighting surfaces as the integral over the map says.
+//! Environment maps: the right way round, sampled as claimed, and lighting surfaces as the integral
+//! over the map says.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -36,7 +37,8 @@ fn direction(u: f64, v: f64) -> DVec3 {
     DVec3::new(r * phi.cos(), y, r * phi.sin())
 }
 
-/// Radiance of a map in a direction, in f64: bilinear between texel centres, round the seam, clamped at the poles.
+/// Radiance of a map in a direction, in f64: bilinear between texel centres, round the seam,
+/// clamped at the poles.
 fn lookup(environment: &Environment, direction: DVec3) -> DVec3 {
     let Environment::Map { map, rotation, scale } = environment else { panic!("not a map") };
     let (width, height) = (i64::from(map.width), i64::from(map.height));
@@ -53,7 +55,7 @@ fn lookup(environment: &Environment, direction: DVec3) -> DVec3 {
     row(y0).lerp(row(y0 + 1), fy) * f64::from(*scale)
 }
 
-/// A map that looks different everywhere.
+/// A map that is different everywhere.
 fn colourful(width: u32, height: u32) -> Environment {
     map(width, height, |x, y| [(x + 1) as f32, (y + 1) as f32, ((3 * x + 5 * y) % 7) as f32])
 }
@@ -87,17 +89,18 @@ fn directions_find_their_texels() {
             let exact = lookup(&environment, direction);
             let mut difference = DVec3::from(found.radiance.map(f64::from)) - exact;
             if direction.x == 0.0 && direction.z == 0.0 {
-                // At a pole any column is right; rows are told by green.
+                // At a pole any column is right; green identifies the row.
                 difference = DVec3::splat(difference.y);
             }
             let error = difference.abs().max_element();
-            // The map changes by 16 a texel at most.
+            // The map changes by 16 per texel at most.
             assert!(error < 1e-4, "{direction} turned by {angle}: {:?} instead of {exact}", found.radiance);
         }
     }
 }
 
-/// The picture's right, up and forward are the map's, through the whole renderer; a turn of +90° about +Y takes +X to −Z.
+/// The picture's right, up and forward are the map's, through the whole renderer; a turn of +90°
+/// about +Y takes +X to −Z.
 #[test]
 fn cameras_see_the_map_the_right_way_round() {
     for angle in [0.0f32, FRAC_PI_2 as f32] {
@@ -123,7 +126,7 @@ fn cameras_see_the_map_the_right_way_round() {
                 });
                 let exact = points.map(|d| lookup(&turned(environment.clone(), 0.0), d)).sum::<DVec3>() / 256.0;
                 let error = (DVec3::from(film.mean(i)) - exact).abs().max_element();
-                // A pixel at a pole sees a quarter of all columns.
+                // A pixel at a pole covers a quarter of all columns.
                 let allowed = if forward.y == 0.0 { 0.01 } else { 0.2 };
                 assert!(error < allowed, "towards {forward}, turned by {angle}: {:?}, not {exact}", film.mean(i));
             }
@@ -131,7 +134,7 @@ fn cameras_see_the_map_the_right_way_round() {
     }
 }
 
-/// Samples fall where the pdf that BSDF sampling is told says they do: χ² over quarters of texels.
+/// Samples follow the pdf that BSDF sampling evaluates: χ² over quarters of texels.
 #[test]
 fn samples_follow_the_pdf() {
     const SAMPLES: usize = 1_000_000;
@@ -148,7 +151,8 @@ fn samples_follow_the_pdf() {
         let (columns, rows) = (2 * map.width as usize, 2 * map.height as usize);
         let prepared = prepare(&sky(environment.clone()), &Settings::new(8, 8));
         let turn = f64::from(*rotation) / TAU;
-        // A texel's halves along v have the same solid angle when they are cut at the middle of its height.
+        // A texel's halves along v have the same solid angle when they are cut at the middle of its
+        // height.
         let edge = |row: usize| {
             let at = |r: usize| (PI * r as f64 / f64::from(map.height)).cos();
             if row.is_multiple_of(2) { at(row / 2) } else { 0.5 * (at(row / 2) + at(row / 2 + 1)) }
@@ -196,7 +200,7 @@ fn samples_follow_the_pdf() {
     }
 }
 
-/// Irradiance of a plane from a map, by the midpoint rule over four cells a texel and more.
+/// Irradiance of a plane from a map, by the midpoint rule over at least four cells per texel.
 fn irradiance(environment: &Environment, normal: DVec3) -> DVec3 {
     let (columns, rows) = (1024, 512);
     let mut sum = DVec3::ZERO;
@@ -211,7 +215,8 @@ fn irradiance(environment: &Environment, normal: DVec3) -> DVec3 {
     sum
 }
 
-/// A single bright texel, at the equator, beside a pole and under the seam, lights planes as the integral over it says.
+/// A single bright texel, at the equator, beside a pole and under the seam, lights planes as the
+/// integral over it says.
 #[test]
 fn one_hot_texel() {
     let reflectance = [0.8f32, 0.5, 0.3];
@@ -223,7 +228,7 @@ fn one_hot_texel() {
             let environment =
                 turned(map(32, 16, |x, y| if (x, y) == (column, row) { [100.0; 3] } else { [0.0; 3] }), 0.4);
             let exact = irradiance(&environment, normal);
-            // Where next to nothing arrives, relative errors say nothing.
+            // Where there is almost no light, relative errors are meaningless.
             if exact.x > 0.02 {
                 pictures.push((format!("{name} on {normal:.2}"), environment, normal, exact));
             }

@@ -17,7 +17,8 @@ fn grid(n: u32) -> Vec<[f64; 2]> {
     (0..n * n).map(|k| [at(k % n), at(k / n)]).collect()
 }
 
-/// Holds the mean of a picture against that of the closed form on grids of `n` and `2n` points a side.
+/// Holds the mean of a picture against that of the closed form on grids of `n` and `2n` points a
+/// side.
 fn check(name: &str, film: &Film, n: u32, radiance: impl Fn(&[[f64; 2]]) -> Vec<f64>) {
     let mean_of = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
     let (coarse, exact) = (mean_of(radiance(&grid(n))), mean_of(radiance(&grid(2 * n))));
@@ -28,20 +29,20 @@ fn check(name: &str, film: &Film, n: u32, radiance: impl Fn(&[[f64; 2]]) -> Vec<
     let test = z_test(mean.mean, error, exact, level);
     let seen = 100.0 * test.detectable / exact;
     println!(
-        "{name}: {:+.3} % from the sum, z {:+.2}; a bias of {seen:.2} % would be seen",
+        "{name}: {:+.3} % from the sum, z {:+.2}; a bias of {seen:.2} % would be detected",
         100.0 * (mean.mean / exact - 1.0),
         test.z
     );
     assert!(test.p > level, "{name}: {} instead of {exact}, z = {:.2}", mean.mean, test.z);
-    assert!(seen < 2.0, "{name}: only {seen} % would be seen");
+    assert!(seen < 2.0, "{name}: only {seen} % would be detected");
 }
 
 fn settings(seed: u32) -> Settings {
     Settings { seed, ..Settings::new(SIDE, SIDE) }
 }
 
-/// One to 100,000 point lights against the sum of their formulas, up to 10,000 lamps against Lambert's, and eight lamps against the sum
-/// of eight pictures with one of them lit.
+/// One to 100,000 point lights against the sum of their formulas, up to 10,000 lamps against
+/// Lambert's, and eight lamps against the sum of eight pictures with one of them lit.
 #[test]
 fn linearity() {
     for (n, seed) in [(1, 1), (16, 2), (1000, 3), (100_000, 4)] {

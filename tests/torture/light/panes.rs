@@ -1,9 +1,10 @@
-//! Light through panes, smooth thin walls: shadow rays go straight through them with their transmittance, exactly once.
+//! Light through panes, smooth thin walls: shadow rays go straight through them with their
+//! transmittance, exactly once.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use surelight_prepare::{Directions, Integrator, Part, Settings, SharedPaths};
+use surelight_prepare::{Directions, Integrator, Part, PathReuse, Settings};
 use surelight_scene::{
     AlphaMode, Clearcoat, Environment, Filter, Image, Light, LightKind, Material, Scene, Sheen, Texture, TextureRef,
     Volume, Wrap,
@@ -56,8 +57,9 @@ fn reflectance(cosine: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Parallel light through one, two and eight panes, straight and slanting, clear and tinted: the floor has the open floor's radiance times
-/// the product of transmittances. One bounce is direct light, since passing a pane is no scattering event.
+/// Parallel light through one, two and eight panes, straight and slanting, clear and tinted: the
+/// floor has the open floor's radiance times the product of transmittances. One bounce is direct
+/// light, since passing a pane is no scattering event.
 #[test]
 fn transmittance() {
     for slant in [0.0f64, 0.8, 1.3] {
@@ -82,7 +84,8 @@ fn transmittance() {
     }
 }
 
-/// The sunlit room behind a window has 0.96 of the light that it has without the pane, by default: nothing is set but the size.
+/// The sunlit room behind a window has 0.96 of the light that it has without the pane, by default:
+/// nothing is set but the size.
 #[test]
 fn a_sunlit_room_behind_a_window() {
     let settings = Settings { integrator: Integrator::Auto, ..Settings::new(32, 32) };
@@ -114,7 +117,8 @@ fn a_sunlit_room_behind_a_window() {
     assert!(lit > 40, "the sun lights {lit} pixels");
 }
 
-/// A box with a window on one side, of panes of every kind, lit from outside and inside, and seen through one.
+/// A box with a window on one side, of panes of every kind, lit from outside and inside, and viewed
+/// through one.
 fn conservatory(lamps: usize) -> Scene {
     let mut scene = Scene { name: "conservatory".into(), ..Scene::default() };
     add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert([0.7, 0.6, 0.5]));
@@ -126,7 +130,8 @@ fn conservatory(lamps: usize) -> Scene {
     scene.textures.push(Texture { image: 0, wrap_s: wrap, wrap_t: wrap, filter: Filter::Linear });
     let texture = TextureRef { texture: 0, uv_set: 0, transform: None };
     let kinds = [
-        // Stained glass, a dirty pane of which a part is there, coated velvet glass, and a part that scatters.
+        // Stained glass, a dirty pane of which a part is there, coated velvet glass, and a part
+        // that scatters.
         Material { base_color_texture: Some(texture), ..pane([1.0; 3]) },
         Material { base_color: [0.8, 0.9, 1.0, 0.5], alpha_mode: AlphaMode::Blend, ..pane([1.0; 3]) },
         Material {
@@ -172,7 +177,7 @@ fn compare(name: &str, scene: &Scene, settings: [&Settings; 2], samples: [u32; 2
     Comparison { power, pictures: PICTURES, pixels: false }.assert_equal(name, &a, &b);
 }
 
-/// One lamp, a light tree and a map: light sampling through panes finds what directions find.
+/// One lamp, a light tree and a map: light sampling through panes agrees with directions.
 #[test]
 fn estimators_agree_through_panes() {
     let mut under_a_map = conservatory(1);
@@ -196,24 +201,25 @@ fn estimators_agree_through_panes() {
 
 /// Neighbours share paths on either side of panes, and none through them.
 #[test]
-fn shared_paths_agree_through_panes() {
+fn path_reuse_agrees_through_panes() {
     for (name, scene) in [("one lamp", conservatory(1)), ("a light tree", conservatory(3))] {
         for bounces in [None, Some(2)] {
             let of =
-                |shared_paths, seed| Settings { shared_paths, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
-            let shared = of(SharedPaths::On, 40);
+                |path_reuse, seed| Settings { path_reuse, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
+            let shared = of(PathReuse::On, 40);
             assert!(prepare(&scene, &shared).key().has(Part::SharedPaths));
-            compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(SharedPaths::Off, 41)], [128, 128], 0.03);
+            compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(PathReuse::Off, 41)], [128, 128], 0.03);
         }
     }
 }
 
-/// A pane within a medium leaves the medium as it is: light has the medium's absorption and the pane's transmittance.
+/// A pane within a medium leaves the medium as it is: light has the medium's absorption and the
+/// pane's transmittance.
 #[test]
 fn panes_in_media_bound_none() {
     let tint = Volume { attenuation_distance: 1.0, attenuation_color: [0.5, 0.6, 0.7] };
     let mut scene = Scene { name: "aquarium".into(), ..Scene::default() };
-    // Matched in index, so that only absorption is seen.
+    // Matched in index, so that only absorption is visible.
     let water = Material { ior: 1.000_001, volume: Some(tint), ..pane([1.0; 3]) };
     add(&mut scene, Shape::cuboid(DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 1.0, 1.0)), water);
     let divider = Shape::parallelogram(DVec3::Y * 0.5, DVec3::X * 0.9, DVec3::NEG_Z * 0.9);
@@ -221,7 +227,7 @@ fn panes_in_media_bound_none() {
     scene.environment = Some(Environment::Uniform([1.0; 3]));
     scene.cameras.push(orthographic(look_at(DVec3::Y * 3.0, DVec3::ZERO, DVec3::NEG_Z), 0.2));
     let film = render(&scene, &Settings::new(8, 8), 16, 64);
-    // What the divider reflects has the same way to go: half a metre there and back.
+    // Light reflected by the divider has the same way: half a metre there and back.
     for (c, truth) in [0.5, 0.6, 0.7].into_iter().enumerate() {
         let mean = all(&film).map(|i| film.mean(i)[c]).sum::<f64>() / 64.0;
         assert!((mean / truth - 1.0).abs() < 2e-5, "channel {c}: {mean} instead of {truth}");

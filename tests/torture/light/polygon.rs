@@ -1,7 +1,8 @@
-//! Direct light with a closed form in every pixel: a polygon by Lambert's formula, points, spots and parallel light by theirs.
+//! Direct light with a closed form in every pixel: a polygon by Lambert's formula, points, spots
+//! and parallel light by theirs.
 //!
-//! Each pixel's truth is the mean of the formula over the pixel, by the midpoint rule in f64. Pixels are tested one by one
-//! (Student's t, Šidák) and all together.
+//! Each pixel's truth is the mean of the formula over the pixel, by the midpoint rule in f64.
+//! Pixels are tested one by one (Student's t, Šidák) and all together.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -20,7 +21,8 @@ type Tested = (usize, usize, f64, f64, f64);
 /// Points along a pixel's side.
 const GRID: usize = 12;
 
-/// Holds each pixel against the mean of `truth` over it; pixels where that is `None` at any point are left out.
+/// Holds each pixel against the mean of `truth` over it; pixels where that is `None` at any point
+/// are left out.
 fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option<[f64; 3]>) {
     let (width, height) = (film.width() as usize, film.height() as usize);
     let mut tests = Vec::new();
@@ -53,7 +55,7 @@ fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option
         let level = sidak_level(ALPHA, 3);
         let test = z_test(mean, error, exact, level);
         println!(
-            "{name}, channel {c}: {:+.4} % from the truth, z {:+.2}; a bias of {:.4} % would be seen",
+            "{name}, channel {c}: {:+.4} % from the truth, z {:+.2}; a bias of {:.4} % would be detected",
             100.0 * (mean / exact - 1.0),
             test.z,
             100.0 * test.detectable / exact
@@ -70,8 +72,8 @@ fn check(name: &str, film: &Film, power: f64, truth: impl Fn(f64, f64) -> Option
     );
 }
 
-/// Where a ray meets the plane of a polygon, when inside it.
-fn meets(polygon: &[DVec3], origin: DVec3, direction: DVec3) -> bool {
+/// The intersection of a ray with a polygon.
+fn intersects(polygon: &[DVec3], origin: DVec3, direction: DVec3) -> bool {
     let n = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
     let t = (polygon[0] - origin).dot(n) / direction.dot(n);
     let p = origin + direction * t;
@@ -89,14 +91,16 @@ fn polygon_irradiance() {
     let Projection::Perspective { yfov, .. } = camera.projection else { panic!("the camera is a pinhole") };
     let film = render(&scene, &Settings::new(48, 32), 32, 64);
     let lamp = quad_light::lamp();
-    // Points where the picture has edges are left out: at the lamp's outline, the line in which its plane meets the floor, the
-    // floor's end.
+    // Points where the picture has edges are left out: at the lamp's outline, the line in which its
+    // plane intersects the floor, the floor's end.
     let tangent = (0.5 * yfov).tan();
     let origin = camera.to_world.translation;
     let floor = |x: f64, y: f64| {
         let d = camera.to_world.transform_vector3(DVec3::new(x * 1.5 * tangent, y * tangent, -1.0));
         let t = -origin.y / d.y;
-        (!meets(&lamp, origin, d) && t > 0.0).then(|| origin + d * t).filter(|p| p.x.abs() < 4.0 && p.z.abs() < 4.0)
+        (!intersects(&lamp, origin, d) && t > 0.0)
+            .then(|| origin + d * t)
+            .filter(|p| p.x.abs() < 4.0 && p.z.abs() < 4.0)
     };
     let front = (lamp[1] - lamp[0]).cross(lamp[3] - lamp[0]);
     check("quad light", &film, 0.003, |x, y| {
@@ -119,7 +123,7 @@ fn polygon_irradiance() {
 
 const REFLECTANCE: [f32; 3] = [0.25, 0.5, 0.75];
 
-/// A floor of 2 m seen straight from above, +X to the right and −Z upwards.
+/// A floor of 2 m viewed straight from above, +X to the right and −Z upwards.
 fn floor(lights: &[Light]) -> Scene {
     let mut scene = Scene { name: "floor".into(), ..Scene::default() };
     add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 2.0, DVec3::NEG_Z * 2.0), lambert(REFLECTANCE));

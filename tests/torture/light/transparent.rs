@@ -1,8 +1,9 @@
-//! Pictures whose environment does not show: what covers a pixel, and radiance premultiplied by it.
+//! Pictures whose environment is transparent: the coverage of a pixel, and radiance premultiplied
+//! by it.
 
 use glam::DVec3;
 use surelight_film::{Film, Window};
-use surelight_prepare::{Directions, Integrator, Settings, SharedPaths};
+use surelight_prepare::{Directions, Integrator, PathReuse, Settings};
 use surelight_render::Renderer;
 use surelight_scene::{AlphaMode, Environment, Light, LightKind, Material, Scene, Volume};
 use surelight_scenes::shapes::Shape;
@@ -24,7 +25,7 @@ fn picture() -> Settings {
     Settings { transparent: true, ..Settings::new(SIZE, SIZE) }
 }
 
-/// Seen along −Z, under a uniform sky.
+/// Viewed along −Z, under a uniform sky.
 fn under_sky() -> Scene {
     let mut scene = Scene { environment: Some(Environment::Uniform(SKY)), ..Scene::default() };
     scene.cameras.push(orthographic(look_at(DVec3::Z * 5.0, DVec3::ZERO, DVec3::Y), 2.0));
@@ -50,7 +51,7 @@ fn trace(scene: &Scene, settings: &Settings) -> Film {
     film
 }
 
-/// Holds a pixel's coverage against its probability.
+/// Compares a pixel's coverage with its probability.
 fn assert_covered(name: &str, film: &Film, i: usize, truth: f64) {
     let error = (truth * (1.0 - truth) / film.samples(i) as f64).sqrt();
     let (found, z) = (film.coverage(i), (film.coverage(i) - truth) / error.max(1e-12));
@@ -68,7 +69,7 @@ fn ways() -> Vec<(String, Settings)> {
         Integrator::Whitted,
     ];
     let with = |integrator| (format!("{integrator:?}"), Settings { integrator, ..picture() });
-    let shared = Settings { shared_paths: SharedPaths::On, ..picture() };
+    let shared = Settings { path_reuse: PathReuse::On, ..picture() };
     let mut ways: Vec<_> = integrators.map(with).into();
     ways.push(("shared paths".into(), shared.clone()));
     ways.push(("adaptive".into(), Settings { adaptive: true, ..picture() }));
@@ -143,7 +144,7 @@ fn a_furnace_does_not_show() {
     assert!(full > 20 && none > 100, "{full} and {none} pixels");
 }
 
-/// Things of all kinds that the sky is seen through or reflected by, and a lamp.
+/// Objects of all kinds that transmit or reflect the sky, and a lamp.
 fn exhibits() -> Scene {
     let mut scene = under_sky();
     add(&mut scene, card(DVec3::new(-1.0, 1.0, 0.0), 0.8), pane(0.5));
@@ -165,9 +166,9 @@ fn exhibits() -> Scene {
     scene
 }
 
-/// Behind a transparent picture, the sky makes the picture that has it: what is seen through panes
-/// is dimmed by them, and what is refracted or reflected is part of the picture. The same paths are
-/// traced, so that this holds to rounding.
+/// A transparent picture over the sky is the picture with the sky: panes dim the view through them,
+/// and refracted or reflected sky is part of the picture. The same paths are traced, so that this
+/// holds to rounding.
 #[test]
 fn over_its_sky_it_is_the_whole_picture() {
     let scene = exhibits();

@@ -1,4 +1,5 @@
-//! Lights behind glass: what cannot be found is said to be missing, what is found by chance is not believed.
+//! Lights behind glass: light that cannot be found is reported as missing, light that is found by
+//! chance is not certified.
 
 use glam::DVec3;
 use surelight_prepare::{Integrator, Settings, Unreachable};
@@ -8,8 +9,9 @@ use surelight_scenes::torture::{self, light::sds as globe};
 use surelight_tests::render::{all, prepare, render};
 use surelight_tests::scenes::{add, emitter, lambert, look_at, pinhole};
 
-/// A point light in a globe gives 0, by every estimator, and all of its light is said to be missing. A small bulb in the globe is
-/// found by chance: that is said too, and hardly a pixel is certified.
+/// A point light in a globe gives 0, by every estimator, and all of its light is reported as
+/// missing. A small bulb in the globe is found by chance: that is reported too, and few pixels are
+/// certified.
 #[test]
 fn sds() {
     for integrator in [Integrator::Mis, Integrator::Area] {
@@ -29,8 +31,8 @@ fn sds() {
         assert!(*share > 0.99, "{share}");
         let film = render(&scene, &settings, 16, 64);
         let (certificate, lit) = (film.certify(), all(&film).filter(|&i| film.mean(i)[1] > 0.0).count());
-        println!("{integrator:?}: {lit} of 256 pixels have met the bulb, {:.3} are certified", certificate.share());
-        assert!(lit > 20, "hardly a pixel has met the bulb: {lit}");
+        println!("{integrator:?}: {lit} of 256 pixels have hit the bulb, {:.3} are certified", certificate.share());
+        assert!(lit > 20, "too few pixels have hit the bulb: {lit}");
         assert!(certificate.share() < 0.1, "{:.3} of the pixels are certified", certificate.share());
     }
 }
@@ -92,11 +94,12 @@ fn mean_reflectance() -> f64 {
     sum / all
 }
 
-/// How much of what lights the room is missing, in closed form: a wall has a sixth of the light, and all that it mirrors lands on others.
+/// The missing share of the light in the room, in closed form: a wall has a sixth of the light, and
+/// mirrors it all to others.
 #[test]
 fn shares_are_solid_angles() {
     let half = Material { base_color: [0.5, 0.5, 0.5, 1.0], ..smooth(1.0, 0.0) };
-    // A pane before a black void: what passes is lost, what it mirrors lands.
+    // A pane before a black void: transmitted light is lost, mirrored light reaches surfaces.
     let reflected = mean_reflectance();
     let pane = Material { volume: None, ..smooth(0.0, 1.0) };
     for (name, material, share) in [
@@ -113,7 +116,7 @@ fn shares_are_solid_angles() {
         println!("{name}: {found:.4}, exactly {share:.4}");
         assert!((found - expected).abs() < 0.005, "{name}: {found} instead of {expected}");
     }
-    // A spot that a ball of glass fills, and one that looks away from it.
+    // A spot that a ball of glass fills, and one that faces away from it.
     let spot = |direction| LightKind::Spot { position: DVec3::Y * 2.0, direction, inner: 0.1, outer: 0.3 };
     assert!(missing(&ball(smooth(0.0, 1.0), spot(DVec3::NEG_Y))) > 0.999);
     assert_eq!(missing(&ball(smooth(1.0, 0.0), spot(DVec3::new(1.0, -1.0, 0.0).normalize()))), 0.0);

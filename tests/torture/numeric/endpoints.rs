@@ -38,7 +38,8 @@ fn kinds() -> [Material; 11] {
 
 const ALPHAS: [f32; 6] = [0.0, 0.99e-4, 1e-4, 1e-3, 0.1, 1.0];
 
-/// Bits become numbers below 1, samplers draw such numbers, and lobes and lights make something finite of the ends.
+/// Bits become numbers below 1, samplers draw such numbers, and lobes and lights make something
+/// finite of the ends.
 #[test]
 fn u_endpoints() {
     for (name, features) in sampler::SAMPLERS {
@@ -132,7 +133,7 @@ fn dot_above_one() {
             }
         }
     }
-    // A narrow lobe seen and lit along its normal, however it is turned.
+    // A narrow lobe viewed and lit along its normal, however it is turned.
     let truth = numeric::dot_above_one_radiance();
     for angle in [0.0, 0.7, 1.9, 2.6, 3.0] {
         let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), angle);

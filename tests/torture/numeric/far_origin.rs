@@ -1,4 +1,5 @@
-//! Case 4 and companions: a scene that stands far from the origin, or far from the camera, looks as it does at hand.
+//! Case 4 and companions: a scene far from the origin, or far from the camera, renders as one
+//! nearby.
 
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_accel::Instancing;
@@ -40,7 +41,8 @@ const DISTANCES: [DVec3; 3] = [
     DVec3::new(0.0, 6.4e6, 0.0),
 ];
 
-/// A furnace at 2^20 is a furnace, and no ray in a room whose corners lie at 1e5 meets the wall that it leaves.
+/// A furnace at 2^20 is a furnace, and no ray in a room whose corners are at 1e5 hits the wall that
+/// it leaves.
 #[test]
 fn far_origin() {
     let film = render(&torture::scene("far-origin"), &Settings::new(40, 40), 16, 32);
@@ -51,11 +53,13 @@ fn far_origin() {
     pictures();
 }
 
-/// Far from the *camera* f32 has only what it has: at a distance d, positions are known to some d·2^-22. A convex ball shows that rays are
-/// offset by as much: up to 1,000 radii away each sample is the ball or the sky, and none is reflected twice.
+/// Far from the *camera* the precision of f32 limits positions: at a distance d they are known to
+/// some d·2^-22. A convex ball shows that rays are offset by as much: up to 1,000 radii away each
+/// sample is the ball or the sky, and none is reflected twice.
 ///
-/// A known issue beyond: where the ball's outline is seen edge-on, the far side's distance comes out before the near side's, and a path
-/// that starts there is caught within. When none is any more, the last assertion fails: raise the limit.
+/// A known issue beyond: at the ball's outline, the far side's computed distance is less than the
+/// near side's, and a path that starts there is trapped inside. When none is any more, the last
+/// assertion fails: raise the limit.
 #[test]
 fn through_a_telephoto_lens() {
     let (rho, sky) = (numeric::FURNACE_REFLECTANCE, numeric::FURNACE_SKY);
@@ -70,7 +74,7 @@ fn through_a_telephoto_lens() {
         let missed = all(&film).filter(|&i| is(i, sky)).count();
         let black = all(&film).filter(|&i| is(i, [0.0; 3])).count();
         println!("at {distance:e}: {reflected} samples of the ball, {missed} of the sky, {black} lost in it");
-        assert_eq!(reflected + missed + black, film.pixels().len(), "at {distance:e} some samples meet the ball twice");
+        assert_eq!(reflected + missed + black, film.pixels().len(), "at {distance:e} some samples hit the ball twice");
         let share = reflected as f64 / film.pixels().len() as f64;
         // A circle of radius 1 in a square of 3.
         assert!(
@@ -83,7 +87,7 @@ fn through_a_telephoto_lens() {
     assert!(lost[3] > 0 && lost[3] < 82, "at a million radii {} of 4,096 samples are lost", lost[3]);
 }
 
-/// Same seed, same samples: what differs is rounding alone.
+/// Same seed, same samples: only rounding differs.
 fn pictures() {
     for scene in [cornell_box::cornell_box(), quad_light::quad_light(), glass::glass()] {
         let near = render(&scene, &Settings::new(48, 48), 4, 16);
@@ -97,7 +101,8 @@ fn pictures() {
     }
 }
 
-/// Vertices at 1e5 keep 2^-7 of a unit: a room whose corners lie on that grid is the same room, and its furnace exact.
+/// Vertices at 1e5 keep 2^-7 of a unit: a room whose corners are on that grid is the same room, and
+/// its furnace exact.
 #[test]
 fn rooms_with_far_vertices() {
     let by = DVec3::new(-1e5, 1e5, 1e5);

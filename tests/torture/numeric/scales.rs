@@ -31,8 +31,8 @@ fn scaled(scene: &Scene, factor: f64) -> Scene {
     scene
 }
 
-/// Offsets of rays and ends of shadow rays scale with what they stand on. Scaling by a power of two rounds nothing, and changes no
-/// bit.
+/// Offsets of rays and ends of shadow rays scale with the surface. Scaling by a power of two rounds
+/// nothing, and changes no bit.
 #[test]
 fn scale_geometry() {
     let scene = torture::scene("scale-geometry");

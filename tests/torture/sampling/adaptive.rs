@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_prepare::{Part, Settings, SharedPaths};
+use surelight_prepare::{Part, PathReuse, Settings};
 use surelight_render::Renderer;
 use surelight_scene::{Projection, Scene};
 use surelight_scenes::cornell_box::cornell_box;
@@ -39,34 +39,35 @@ fn trace_from(renderer: &mut Renderer<'_>, window: Window, first: u32, batches: 
     film
 }
 
-/// Looks as for a render of 64 samples. Returns the mean share of all pixels.
+/// Measures noise as for a render of 64 samples. Returns the mean share of all pixels.
 fn adapt(renderer: &mut Renderer<'_>) -> f64 {
-    assert!(renderer.adapt(Some(64), &mut |_| true).unwrap_or_else(|e| panic!("{e}")), "nobody stops it");
+    assert!(renderer.adapt(Some(64), &mut |_| true).unwrap_or_else(|e| panic!("{e}")), "nothing stops it");
     renderer.mean_share(&Window::all(SIZE[0], SIZE[1]))
 }
 
-/// Each block of 8×8 pixels is, to the bit, the picture of as many samples as the film says that it has, of the part of the sequence that
-/// is its own; some have fewer than asked for, some more, and short batches never fewer. Before the look all have as many.
+/// Each block of 8×8 pixels is, to the bit, the picture of as many samples as the film says that it
+/// has, of its own part of the sequence; some have fewer than requested, some more, and short
+/// batches never fewer. Before the measurement all have equally many.
 #[test]
 fn blocks_are_pictures_of_their_own_samples() {
     const FIRST: u32 = 4;
     let (scene, whole) = (far_box(), Window::all(SIZE[0], SIZE[1]));
-    for (shared_paths, one_scramble) in
-        [(SharedPaths::Off, true), (SharedPaths::Off, false), (SharedPaths::On, true), (SharedPaths::On, false)]
+    for (path_reuse, one_scramble) in
+        [(PathReuse::Off, true), (PathReuse::Off, false), (PathReuse::On, true), (PathReuse::On, false)]
     {
-        let settings = Settings { shared_paths, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
+        let settings = Settings { path_reuse, one_scramble, ..Settings::new(SIZE[0], SIZE[1]) };
         let mut plain = with(&scene, &settings);
         let mut adaptive = with(&scene, &Settings { adaptive: true, ..settings });
         let before = trace_from(&mut adaptive, whole, FIRST, 1, 8);
-        assert!(bits(&before) == bits(&trace_from(&mut plain, whole, FIRST, 1, 8)), "before the look");
+        assert!(bits(&before) == bits(&trace_from(&mut plain, whole, FIRST, 1, 8)), "before the measurement");
 
-        let told = adapt(&mut adaptive);
+        let reported = adapt(&mut adaptive);
         let mut shares = BTreeSet::new();
         for samples in [2, 8] {
             let found = trace_from(&mut adaptive, whole, FIRST, 1, samples);
             let counts: BTreeSet<u64> = all(&found).map(|i| found.samples(i)).collect();
             for &count in &counts {
-                // With one scramble all samples of a pixel are numbered, whatever is left out.
+                // With one scramble all samples of a pixel are numbered, including omitted ones.
                 let quarters = 4 * count as u32 / samples;
                 let own = match (one_scramble, quarters) {
                     (false, _) => FIRST,
@@ -79,9 +80,9 @@ fn blocks_are_pictures_of_their_own_samples() {
                 shares.insert((samples, quarters));
             }
             let mean = all(&found).map(|i| found.samples(i)).sum::<u64>() as f64 / all(&found).len() as f64;
-            assert!(samples < 4 || told == mean / f64::from(samples), "{told} was told");
+            assert!(samples < 4 || reported == mean / f64::from(samples), "{reported} was reported");
         }
-        println!("samples asked for, quarters of them: {shares:?}");
+        println!("samples requested, quarters of them: {shares:?}");
         assert!(shares.contains(&(8, 1)) && shares.iter().any(|&(_, q)| q > 4), "{shares:?}");
         assert!(shares.iter().all(|&(samples, q)| samples > 2 || q >= 4), "{shares:?}");
     }
@@ -112,10 +113,10 @@ fn adaptive_parts_have_the_bits_of_the_whole() {
     assert!(bits(&joined) == of_whole);
 }
 
-/// Over seeds, each with a look of its own, pictures of few samples have the mean of those without a look; their relative squared error is
-/// smaller by more than they have more paths.
+/// Over seeds, each with a separate measurement, pictures of few samples have the mean of those
+/// without one; their relative squared error falls by more than their number of paths grows.
 #[test]
-fn looking_for_noise_does_not_bias() {
+fn measuring_noise_does_not_bias() {
     const SEEDS: u32 = 192;
     let (scene, whole) = (far_box(), Window::all(SIZE[0], SIZE[1]));
     let [mut plain, mut adaptive] = [false, true].map(|adaptive| renderer(&scene, adaptive, true));
@@ -145,9 +146,9 @@ fn looking_for_noise_does_not_bias() {
         let (a, b) = (of(&apart, &value), of(&looked, &value));
         let test = welch_test(&b, &a);
         let detectable = detectable_bias(test.standard_error, level, 0.9) / a.mean;
-        println!("channel {channel}: off by {:+.1e}, {detectable:.1e} would be seen", test.difference / a.mean);
+        println!("channel {channel}: off by {:+.1e}, {detectable:.1e} would be detected", test.difference / a.mean);
         assert!(test.p > level, "channel {channel}: off by {:+.1e}, p {:.1e}", test.difference / a.mean, test.p);
-        assert!(detectable < 0.03, "only {detectable:.1e} would be seen");
+        assert!(detectable < 0.03, "only {detectable:.1e} would be detected");
     }
     let error = |films: &[Film]| {
         let relative = |i: usize| {

@@ -1,4 +1,5 @@
-//! Samples of the BSDF follow the pdf that it claims: χ² on the device's own pdf, integrated over the sphere.
+//! Samples of the BSDF follow the pdf that it claims: χ² on the device's own pdf, integrated over
+//! the sphere.
 
 use std::sync::LazyLock;
 
@@ -35,7 +36,8 @@ fn kinds() -> Vec<(&'static str, Vec<Material>)> {
     ]
 }
 
-/// Over kinds, roughness and angle, each at the level that makes a false alarm rare over all of them.
+/// Over kinds, roughness and angle, each at the level that makes a false alarm rare over all of
+/// them.
 #[test]
 fn chi2_all() {
     let kinds = kinds();
@@ -56,7 +58,7 @@ fn chi2_all() {
     assert!(failures.is_empty(), "at level {level:.1e}:\n{}", failures.join("\n"));
 }
 
-/// What that can see: a roughness or an index that is 1 % off.
+/// The power of the test: a roughness or an index that is 1 % off.
 #[test]
 fn small_errors_are_found() {
     for degrees in [30.0, 75.0] {

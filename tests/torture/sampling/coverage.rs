@@ -1,16 +1,18 @@
-//! Do error bars hold? Of many independent renders, the 95 % interval of 95 ± 2 % of the certified pixels contains the truth;
-//! and where it would not, pixels are not certified.
+//! Do error bars hold? Of many independent renders, the 95 % interval of 95 ± 2 % of the certified
+//! pixels contains the truth; and where it would not, pixels are not certified.
 //!
-//! Pictures are small, but not so small that neighbours show other things: at 10 × 10 pixels, whose neighbours cannot vouch for each
-//! other, the glass room's certified pixels hold in 91 % only.
+//! Pictures are small, but not so small that neighbours show other things: at 10 × 10 pixels, whose
+//! neighbours cannot vouch for each other, the glass room's certified pixels hold in 91 % only.
 //!
-//! Power: every count is of 200 renders of 256 pixels. Their standard error is below 0.3 % for pixels that are certified in all of them,
-//! so that an interval that covered 93.7 % or 96.3 % in truth would be told from 95 %, nine times in ten at α = 0.01, and one outside 95 ± 2 % fails.
+//! Power: every count is of 200 renders of 256 pixels. Their standard error is below 0.3 % for
+//! pixels that are certified in all of them, so that an interval that covered 93.7 % or 96.3 % in
+//! truth would be distinguished from 95 %, nine times in ten at α = 0.01, and one outside 95 ± 2 %
+//! fails.
 
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_prepare::{Integrator, Settings, SharedPaths};
+use surelight_prepare::{Integrator, PathReuse, Settings};
 use surelight_render::Renderer;
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, quad_light, veach_mis};
@@ -37,7 +39,7 @@ struct Coverage {
     provisional: f64,
     /// Share of pixels with a light tail so far.
     provisional_share: f64,
-    /// Of a pixel of a render, the fewest and the most.
+    /// Minimum and maximum per pixel of a render.
     samples: [u64; 2],
 }
 
@@ -59,7 +61,8 @@ fn coverage(name: &str, scene: &Scene, settings: &Settings, samples: u32, truth:
     let mut whole = Film::new(size[0], size[1]);
     films.iter().for_each(|film| whole.merge(film).expect("the same size"));
     let t = student_t_quantile(0.975, f64::from(BATCHES - 1));
-    // A render is part of the mean it is held against: their difference varies by 1 − 1/R of its own variance.
+    // A render is part of the mean that it is compared with: their difference varies by 1 − 1/R of
+    // its own variance.
     let shrunk = if truth.is_some() { 1.0 } else { 1.0 - 1.0 / f64::from(RENDERS) };
     let (mut judged, mut held, mut certified, mut certified_held) = (0, 0, 0, 0);
     let (mut provisional, mut provisional_held) = (0, 0);
@@ -70,7 +73,8 @@ fn coverage(name: &str, scene: &Scene, settings: &Settings, samples: u32, truth:
             let variance = film.variance_of_mean(i).expect("16 batches")[1];
             // Sums are f32.
             let half_width = t * (variance * shrunk).sqrt() + 1e-6 * truth;
-            // Pixels without any spread have no interval to judge: they would only flatter the count.
+            // Pixels without any spread have no interval to judge: they would only inflate the
+            // count.
             if variance == 0.0 {
                 continue;
             }
@@ -127,9 +131,10 @@ fn replicates() {
     assert_holds("cornell", &coverage("cornell", &cornell_box::cornell_box(), &usual(Integrator::Mis), 16, None));
 }
 
-/// Below 256 samples, which no certificate is given for, a render takes all its points from one sequence. Batches then make up for each other,
-/// and the error that they tell is an upper bound. It is little too large for most pixels, and so early the skewness of the samples takes as much away
-/// again: intervals must hold at least as often as those of certified pixels must.
+/// Below 256 samples, which give no certificate, a render takes all its points from one sequence.
+/// Batches then compensate each other, and their error estimate is an upper bound. It is slightly
+/// too large for most pixels, and at few samples skewness makes up for that: intervals must hold at
+/// least as often as those of certified pixels must.
 #[test]
 fn intervals_of_one_scramble_hold() {
     let settings = Settings { one_scramble: true, ..usual(Integrator::Mis) };
@@ -142,18 +147,18 @@ fn intervals_of_one_scramble_hold() {
     );
 }
 
-/// At 64 samples, the default, tails already tell most pixels whose interval holds from those that
-/// wait for rare, bright samples.
+/// At 64 samples, the default, tails already distinguish most pixels whose interval holds from
+/// those without their rare, bright samples.
 #[test]
 fn provisional_verdicts_hold() {
     let cases = [
-        ("cornell", cornell_box::cornell_box(), Integrator::Mis, SharedPaths::On),
-        ("veach-mis", veach_mis::veach_mis(), Integrator::Mis, SharedPaths::Off),
-        ("glass", glass::glass(), Integrator::Mis, SharedPaths::Off),
-        ("glass by caustics", glass::glass(), Integrator::Caustics, SharedPaths::Off),
+        ("cornell", cornell_box::cornell_box(), Integrator::Mis, PathReuse::On),
+        ("veach-mis", veach_mis::veach_mis(), Integrator::Mis, PathReuse::Off),
+        ("glass", glass::glass(), Integrator::Mis, PathReuse::Off),
+        ("glass by caustics", glass::glass(), Integrator::Caustics, PathReuse::Off),
     ];
-    for (name, scene, integrator, shared_paths) in cases {
-        let settings = Settings { one_scramble: true, shared_paths, ..usual(integrator) };
+    for (name, scene, integrator, path_reuse) in cases {
+        let settings = Settings { one_scramble: true, path_reuse, ..usual(integrator) };
         let found = coverage(name, &scene, &settings, 4, None);
         let (holds, share) = (found.provisional, found.provisional_share);
         assert!(holds > 0.94, "{name}: intervals hold for {holds:.4}");
@@ -164,17 +169,18 @@ fn provisional_verdicts_hold() {
     }
 }
 
-/// Pixels that share paths err together, but each one's batches are still independent of one another.
+/// Pixels that share paths err together, but each one's batches are still independent of one
+/// another.
 #[test]
-fn intervals_of_shared_paths_hold() {
-    let settings = Settings { shared_paths: SharedPaths::On, ..usual(Integrator::Mis) };
+fn intervals_of_path_reuse_hold() {
+    let settings = Settings { path_reuse: PathReuse::On, ..usual(Integrator::Mis) };
     let found = coverage("cornell, shared paths", &cornell_box::cornell_box(), &settings, 16, None);
     assert_holds("cornell, shared paths", &found);
     assert!(found.share > 0.4, "only {:.3} of the pixels are certified", found.share);
 }
 
-/// Of each pixel, batches are independent estimates of as many samples, however many a look at the noise has given it. Some have a quarter of
-/// what others have here, or an eighth.
+/// Of each pixel, batches are independent estimates of as many samples, however many the
+/// measurement of noise has assigned. Some have a quarter of others' here, or an eighth.
 #[test]
 fn intervals_of_adaptive_samples_hold() {
     let scene = far_box();
@@ -188,7 +194,8 @@ fn intervals_of_adaptive_samples_hold() {
     assert!(found.all > 0.93, "intervals hold for {:.4}", found.all);
 }
 
-/// Caustics and light seen through glass come by chance: few pixels are certified, and those hold.
+/// Caustics and light through glass are found by chance: few pixels are certified, and their
+/// intervals hold.
 #[test]
 fn intervals_hold_behind_glass_where_they_are_certified() {
     let found = coverage("glass", &glass::glass(), &usual(Integrator::Mis), 16, None);
@@ -197,7 +204,7 @@ fn intervals_hold_behind_glass_where_they_are_certified() {
     assert!(found.share < 0.5, "{:.3} of the pixels are certified", found.share);
 }
 
-/// Nearly all pixels are certified in the end, where nothing is met by chance alone.
+/// Nearly all pixels are certified in the end, where no light is found by chance alone.
 #[test]
 fn a_cornell_box_is_certified_in_the_end() {
     let size = [24, 24];

@@ -4,8 +4,8 @@ use surelight_prepare::{Directions, Integrator, Settings};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, prepare, trace, ulps};
 
-/// Without light sampling the room's series is summed along each path: every single sample is Le·Σ ρᵏ, exact but for rounding, as
-/// long as roulette spares the path (throughput above ⅓).
+/// Without light sampling the room's series is summed along each path: every single sample is Le·Σ
+/// ρᵏ, exact but for rounding, as long as roulette keeps the path (throughput above ⅓).
 #[test]
 fn depth_series() {
     let (rho, emission) = (0.875f32, 0.125f32);

@@ -1,8 +1,9 @@
-//! Every unbiased way to sample paths finds the same picture: hemisphere form = area form = both combined, whatever directions the
-//! hemisphere form samples and wherever random numbers come from; and Whitted's does not.
+//! Every unbiased way to sample paths finds the same picture: hemisphere form = area form = both
+//! combined, for any sampling of directions and any source of random numbers; and Whitted's does
+//! not.
 //!
-//! Welch's test on noisy renders of different seeds at α = 0.01 in all of this file's comparisons; the smallest difference that would
-//! be seen 9 times in 10 is printed and bounded.
+//! Welch's test on noisy renders of different seeds at α = 0.01 in all of this file's comparisons;
+//! the smallest difference that would be detected 9 times in 10 is printed and bounded.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surelight_accel::{BuildOptions, Instancing};
@@ -82,7 +83,7 @@ fn settings(integrator: Integrator, seed: u32) -> Settings {
     Settings { integrator, seed, ..Settings::new(SIZE[0], SIZE[1]) }
 }
 
-/// A way to render, with its samples a batch.
+/// A way to render, with its samples per batch.
 type Way = (&'static str, Settings, u32);
 
 /// The scene by multiple importance sampling against other ways.
@@ -118,7 +119,8 @@ fn forms_agree_about_glass() {
     check(&glass_balls(), &forms(7), 0.04);
 }
 
-/// Coats over what scatters and over what shines, fibres, and a leaf that lets light through to the wall behind it.
+/// Coats over scattering and over emissive surfaces, fibres, and a leaf that lets light through to
+/// the wall behind it.
 pub(super) fn layers() -> Scene {
     let velvet = Material {
         sheen: Sheen { color: [0.8, 0.7, 0.6], roughness: 0.5, ..Sheen::default() },
@@ -153,7 +155,8 @@ fn forms_agree_about_layers() {
     check(&scene, &ways, 0.03);
 }
 
-/// Lanterns of one mesh, stretched and mirrored, and a sheet that shines to both sides, over a leaf: a light tree over instances.
+/// Lanterns of one mesh, stretched and mirrored, and a sheet that shines to both sides, over a
+/// leaf: a light tree over instances.
 pub(super) fn lanterns() -> Scene {
     let leaf = Material {
         diffuse_transmission: DiffuseTransmission {
@@ -198,7 +201,8 @@ fn forms_agree_under_lanterns() {
     check(&scene, &ways, 0.04);
 }
 
-/// Coats that are deltas over bases that are not: the base is lit by sampled lights, the coat by directions alone.
+/// Coats that are deltas over bases that are not: the base is lit by sampled lights, the coat by
+/// directions alone.
 pub(super) fn smooth_coats() -> Scene {
     let coat = Clearcoat { factor: 1.0, roughness: 0.0, ..Clearcoat::default() };
     let mut scene = corner(
@@ -238,7 +242,8 @@ fn samplers_agree() {
     check(&lamp(), &ways, 0.01);
 }
 
-/// Means and variances of a picture's pixels, over seeds, at 64 samples a pixel in batches as a render makes them.
+/// Means and variances of a picture's pixels, over seeds, at 64 samples per pixel in batches as a
+/// render makes them.
 fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
     const SEEDS: u32 = 8;
     let scene = surelight_scenes::cornell_box::cornell_box();
@@ -247,7 +252,8 @@ fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
             let settings = Settings { one_scramble, seed, ..Settings::new(24, 24) };
             let mut renderer = Renderer::new(device(), &prepare(&scene, &settings)).expect("the kernel compiles");
             let mut film = Film::new(24, 24);
-            // With one scramble, batches are numbered by their first sample; these numbers do for both.
+            // With one scramble, batches are numbered by their first sample; these numbers do for
+            // both.
             for (first, batches, samples) in [(0, 1, 1), (1, 1, 1), (2, 1, 2), (4, 15, 4)] {
                 renderer.trace(&mut film, first, batches, samples, &mut |_| true).expect("the scene is traced");
             }
@@ -262,7 +268,8 @@ fn over_seeds(one_scramble: bool) -> (Vec<f64>, f64) {
 
 /// Batches that are pieces of one sequence leave the mean alone and lower the error.
 ///
-/// Over 8 seeds the squared errors have 7 · 576 degrees of freedom: their ratio is known to some 5 %, tails included.
+/// Over 8 seeds the squared errors have 7 · 576 degrees of freedom: their ratio is known to some 5
+/// %, tails included.
 #[test]
 fn one_scramble_errs_less() {
     let (apart, squares_apart) = over_seeds(false);
@@ -280,7 +287,8 @@ fn one_scramble_errs_less() {
     assert!(ratio < 0.85, "squared error {ratio} of that of independent batches");
 }
 
-/// Of mirrors, clear glass and point lights Whitted's picture is complete up to light between surfaces: at one bounce it is the truth.
+/// Of mirrors, clear glass and point lights Whitted's picture is complete up to light between
+/// surfaces: at one bounce it is the truth.
 #[test]
 fn whitted_is_right_about_direct_light_of_points() {
     let mut scene = corner("points", lambert([0.8, 0.2, 0.2]), lambert([0.2, 0.8, 0.2]));

@@ -1,11 +1,11 @@
-//! Torture cases 20 to 26: what is sampled, and what error bars make of it.
+//! Torture cases 20 to 26: sampling, and error bars.
 
 mod adaptive;
 mod chi2;
 mod coverage;
 mod depth;
 mod forms;
+mod path_reuse;
 mod roulette;
-mod shared_paths;
 mod slope;
 mod stopping;

@@ -1,4 +1,5 @@
-//! Russian roulette: it ends paths, changes no mean, and ends them even where no light is ever lost.
+//! Russian roulette: it ends paths, changes no mean, and ends them even where no light is ever
+//! lost.
 
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
@@ -8,8 +9,9 @@ use surelight_scenes::{cornell_box, torture::sampling::room};
 use surelight_tests::render::{ALPHA, Judge, device, prepare, render, trace};
 use surelight_tests::welch::Comparison;
 
-/// Roulette on and off have one mean, at a limit of bounces that both keep to (Welch). It begins where three quarters of the
-/// light is lost, so that in the Cornell box most paths meet it; and in a dark room, at any depth, the closed form holds (z).
+/// Roulette on and off have one mean, at a common limit of bounces (Welch). It begins where three
+/// quarters of the light is lost, so that in the Cornell box it applies to most paths; and in a
+/// dark room, at any depth, the closed form holds (z).
 #[test]
 fn rr_on_off() {
     let scene = cornell_box::cornell_box();
@@ -25,8 +27,9 @@ fn rr_on_off() {
     }
 }
 
-/// In a white room without light nothing ends a path but roulette, which begins after 64 bounces: rays a path are
-/// 65 + Σ_{b ≥ 64} Π_{j = 64}^{b} q_j with q_j = 1 − max(2/(j + 1), 0.001), and their spread is known from the same law.
+/// In a white room without light nothing ends a path but roulette, which begins after 64 bounces:
+/// rays per path are 65 + Σ_{b ≥ 64} Π_{j = 64}^{b} q_j with q_j = 1 − max(2/(j + 1), 0.001), and
+/// their spread is known from the same law.
 #[test]
 fn white_rooms_end_paths() {
     let mut scene = room(1.0);
@@ -45,13 +48,13 @@ fn white_rooms_end_paths() {
     let paths = renderer.counts.paths as f64;
     let found = renderer.counts.rays as f64 / paths;
     let test = z_test(found, ((square - mean * mean) / paths).sqrt(), mean, sidak_level(ALPHA, 1));
-    println!("{found:.3} rays a path, {mean:.3} expected, z {:+.2}", test.z);
-    assert!(test.p > ALPHA, "{found} rays a path instead of {mean}, z = {}", test.z);
+    println!("{found:.3} rays per path, {mean:.3} expected, z {:+.2}", test.z);
+    assert!(test.p > ALPHA, "{found} rays per path instead of {mean}, z = {}", test.z);
     assert!(test.detectable < 0.02 * mean, "no power: {}", test.detectable);
 }
 
-/// A hundred bounces deep: at ρ = 0.99 every pixel is still Le/(1 − ρ), and certified, since weights have a variance (0.8 of the
-/// squared mean; a constant chance of 0.95 makes it 10⁷).
+/// A hundred bounces deep: at ρ = 0.99 every pixel is still Le/(1 − ρ), and certified, since
+/// weights have a variance (0.8 of the squared mean; a constant chance of 0.95 makes it 10⁷).
 #[test]
 fn deep_paths_keep_their_mean() {
     let film = render(&room(0.99), &Settings { seed: 5, ..Settings::new(16, 16) }, 16, 16);

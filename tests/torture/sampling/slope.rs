@@ -1,12 +1,15 @@
-//! How errors fall with the number of samples: of pictures, and of a smooth integral in two dimensions.
+//! How errors fall with the number of samples: of pictures, and of a smooth integral in two
+//! dimensions.
 
 use surelight_prepare::{Sampler, Settings};
 use surelight_render::{Formula, Integrand};
 use surelight_tests::render::{all, device, prepare, trace};
 
-/// RMS errors of a picture of `spp` samples a pixel for each of `spps`, over pixels and channels: all that unbiased pictures have.
+/// RMS errors of a picture of `spp` samples per pixel for each of `spps`, over pixels and channels:
+/// the whole error of unbiased pictures.
 ///
-/// A picture is 16 scrambles, of one sample at least, as in a render: its variance is known from the spread of `batches` scrambles.
+/// A picture is 16 scrambles, of one sample at least, as in a render: its variance is known from
+/// the spread of `batches` scrambles.
 fn errors(sampler: Sampler, spps: &[u32], batches: u32) -> Vec<f64> {
     let scene = surelight_scenes::cornell_box::cornell_box();
     let prepared = prepare(&scene, &Settings { sampler, ..Settings::new(24, 24) });
@@ -27,7 +30,8 @@ fn power(sizes: [u32; 2], errors: &[f64]) -> f64 {
 
 /// Independent samples err by 1/√N; Sobol's by less, although 16 scrambles tell the error bar.
 ///
-/// The pixels that the lamp's edge crosses make up most of these errors. Over five seeds the slopes had standard deviations of 0.010 and 0.006.
+/// The pixels that the lamp's edge crosses make up most of these errors. Over five seeds the slopes
+/// had standard deviations of 0.010 and 0.006.
 #[test]
 fn slope() {
     let (few, many) = ([16, 256], [4, 1024]);
@@ -54,7 +58,8 @@ fn errors_of_formula(sampler: Sampler, sizes: [u32; 2]) -> Vec<f64> {
     sizes.map(error).to_vec()
 }
 
-/// Where the integrand is smooth, Owen's scrambling brings N^−3/2 (Owen 1997). From 16 to 1024 points: f32 values limit longer runs.
+/// Where the integrand is smooth, Owen's scrambling gives N^−3/2 (Owen 1997). From 16 to 1024
+/// points: f32 values limit longer runs.
 ///
 /// 512 replicates: each error is known to 3 %, a slope to 0.01.
 #[test]

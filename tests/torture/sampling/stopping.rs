@@ -1,7 +1,9 @@
-//! Stopping at a stated error keeps its promise, also where light comes by rare, bright samples; and where it cannot be kept, it says so.
+//! Stopping at a stated error keeps the confidence level, also where light arrives in rare, bright
+//! samples; where that is impossible, the render reports it.
 //!
-//! A spot of floor under a small lamp whose directions are sampled uniformly: a sample is 0, or, with the probability p that a direction meets the
-//! lamp, about 1/p of the mean. The truth is Lambert's formula for polygons.
+//! A spot of floor under a small lamp whose directions are sampled uniformly: a sample is 0, or,
+//! with the probability p that a direction hits the lamp, about 1/p of the mean. The truth is
+//! Lambert's formula for polygons.
 
 use surelight_estimate::{Moments, sidak_level, z_test};
 use surelight_film::{Bound, Film, Precision};
@@ -17,7 +19,7 @@ fn settings() -> Settings {
     Settings { integrator, max_bounces: Some(1), ..Settings::new(SIZE[0], SIZE[1]) }
 }
 
-/// What many renders that stop at `error` come to.
+/// Totals of many renders that stop at `error`.
 #[derive(Debug, Default)]
 struct Tally {
     renders: u32,
@@ -31,11 +33,11 @@ struct Tally {
     means: Moments,
 }
 
-fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tally {
+fn tally(p: f64, error: f64, max_spp: u32, seeds: std::ops::Range<u32>) -> Tally {
     let (scene, truth) = spot(p);
     let mut renderer = Renderer::new(device(), &prepare(&scene, &settings())).unwrap_or_else(|e| panic!("{e}"));
     let precision = Precision { error, confidence: 0.95, bound: Bound::Clt };
-    let goal = Goal { spp: Some(most_spp), precision: Some(precision), ..Goal::default() };
+    let goal = Goal { spp: Some(max_spp), precision: Some(precision), ..Goal::default() };
     let mut tally = Tally::default();
     for seed in seeds {
         renderer.set_seed(seed);
@@ -44,7 +46,11 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
         assert!(matches!(outcome, Outcome::Done | Outcome::SamplesUp), "{outcome:?}");
         let certificate = film.certify();
         let reach = precision.reach(&film, &certificate);
-        assert_eq!(outcome == Outcome::Done, precision.is_met(&reach) && film.samples(0) > 0, "{outcome:?} {reach:?}");
+        assert_eq!(
+            outcome == Outcome::Done,
+            precision.is_reached(&reach) && film.samples(0) > 0,
+            "{outcome:?} {reach:?}"
+        );
         tally.renders += 1;
         tally.done += u32::from(outcome == Outcome::Done);
         tally.spp += film.samples(0);
@@ -65,12 +71,15 @@ fn tally(p: f64, error: f64, most_spp: u32, seeds: std::ops::Range<u32>) -> Tall
     tally
 }
 
-/// The mean of what was stopped is hardly biased by when it was: by less than a hundredth of the half-width asked for; z over renders.
+/// The stopping time biases the mean little: by less than a hundredth of the requested half-width;
+/// z over renders.
 ///
-/// It is a little: with 1,000 renders, 0.20 % ± 0.05 % where 40 % is asked for and one direction in 256 meets the lamp. Pixels that have
-/// met the lamp often are certified sooner than those that have met it seldom.
+/// There is a small bias: with 1,000 renders, 0.20 % ± 0.05 % where 40 % is requested and one
+/// direction in 256 hits the lamp. Pixels that have hit the lamp often are certified sooner than
+/// those that have hit it seldom.
 ///
-/// Five hundred renders of 32 pixels each: the share of intervals that hold has a standard error of 0.2 %.
+/// Five hundred renders of 32 pixels each: the share of intervals that hold has a standard error of
+/// 0.2 %.
 #[test]
 fn optional_stop() {
     let mut held = 0;
@@ -86,11 +95,15 @@ fn optional_stop() {
             assert!(unbiased.p < ALPHA, "stopping no longer biases: the known issue is one no more, {unbiased:?}");
         }
         let (z, seen) = (test.z, 100.0 * test.detectable);
-        println!("mean of all renders {:.4} of the truth, z {z:+.2}; {seen:.2} % would be seen", found.means.mean());
+        println!(
+            "mean of all renders {:.4} of the truth, z {z:+.2}; {seen:.2} % would be detected",
+            found.means.mean()
+        );
         assert!(test.p > sidak_level(ALPHA, 3) && test.detectable < 0.02, "{test:?}");
         assert_eq!(found.done, renders, "the error can be reached");
         assert_eq!(found.believed_black, 0);
-        // About what the variance of a Bernoulli sample asks for, less what Sobol points save: not stopped early by luck.
+        // About the number that the variance of a Bernoulli sample requires, less the savings of
+        // Sobol points: not stopped early by luck.
         let needed = (1.96 / error).powi(2) * (1.0 - p) / p;
         let mean = found.spp as f64 / f64::from(renders);
         assert!(mean > 0.5 * needed && mean < 4.0 * needed, "{mean:.0} samples where {needed:.0} are needed");
@@ -102,13 +115,14 @@ fn optional_stop() {
     assert!((0.94..=0.98).contains(&share), "intervals at 95 % hold for {share:.4}");
 }
 
-/// Too few samples for so rare a light: told, not believed.
+/// Too few samples for so rare a light: reported, not certified.
 #[test]
-fn what_cannot_be_reached_is_told() {
+fn unreachable_targets_are_reported() {
     let found = tally(1.0 / 1024.0, 0.05, 512, 0..40);
     assert_eq!(found.done, 0, "{found:?}");
     assert_eq!(found.spp, 512 * 40);
-    // Most pixels have met the lamp never or once; a neighbour's sample speaks against those that never did.
+    // Most pixels have hit the lamp never or once; a neighbour's sample prevents a certificate for
+    // those that never did.
     assert_eq!(found.believed_black, 0, "{found:?}");
     assert!(f64::from(found.certified) < 0.15 * f64::from(40 * SIZE[0] * SIZE[1]), "{found:?}");
 }

@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec3};
 use surelight_accel::{Accel, BuildOptions, Ray, oracle::Oracle, oracle::Verdict};
 use surelight_scene::{Instance, Material, Mesh, Scene};
 
-/// A small generator of our own, so that seeds mean the same for ever (PCG-XSH-RR; O'Neill 2014).
+/// A small generator, so that seeds always mean the same (PCG-XSH-RR; O'Neill 2014).
 pub(crate) struct Rng(u64);
 
 impl Rng {
@@ -41,7 +41,7 @@ impl Rng {
     }
 }
 
-/// `n` triangles of about `size` with corners of their own, in [−1, 1]³.
+/// `n` triangles of about `size` with separate corners, in [−1, 1]³.
 pub(crate) fn soup(rng: &mut Rng, n: usize, size: f32) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..n as u32 {
@@ -106,7 +106,7 @@ pub(crate) fn rays(rng: &mut Rng, n: usize, center: Vec3, reach: f32) -> Vec<Ray
         .collect()
 }
 
-/// How the answers of a walk compare with f64.
+/// How the answers of a traversal compare with f64.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) hits: usize,

@@ -252,8 +252,7 @@ impl Row {
 /// All but the comparison of costs.
 fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
     let Picture { film, mean, rays_per_path, told } = picture;
-    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be
-    // distinguished.
+    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be told.
     let blurred = Estimate { variance: mean.variance + (1e-4 * truth.mean).powi(2), ..mean };
     let test = welch_test(&blurred, truth);
     let deviation = [mean.mean / truth.mean - 1.0, test.standard_error / truth.mean];

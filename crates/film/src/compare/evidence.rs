@@ -1,22 +1,22 @@
-//! One test of two pictures' means over the same pixels, bounded by what rare samples may do.
+//! One test of two pictures' means over the same pixels, bounded by the effect of rare samples.
 //!
-//! Where light comes by rare, bright samples, a picture that has not met its share of them is too
-//! dark *and* believes in too small a variance. Welch's t is then far too large: of real files
+//! Where light arrives in rare, bright samples, a picture with fewer of them than expected is too
+//! dark *and* its variance estimate is too small. Welch's t is then far too large: of real files
 //! under a studio map one in seven raised a false alarm at α = 0.01. The variance alone does not
-//! show it; the size of the largest samples does.
+//! show this; the size of the largest samples does.
 //!
-//! Let the mean over a pool of pixels jump by m when one more such sample comes. If all of the
-//! variance V came from them, their number would be a Poisson count: the darker picture has met
-//! k = V/m² of the λ = k + |D|/m that the difference D asks for. The root of that count's
-//! deviance, √(2(λ − k − k ln(λ/k))), is nearly normal (McCullagh, Nelder, *Generalized Linear
-//! Models*, 1989, section 2.4) and takes the place of |D|/√V, which it tends to as m → 0. Half a
-//! sample is counted as met, as is usual for counts: with none met, the p-value is about e^(−λ).
-//! It is the empirical form of Bennett's inequality (Maurer, Pontil, "Empirical Bernstein Bounds
-//! and Sample Variance Penalization", COLT 2009) with the constants of a test instead of a bound.
+//! Let the mean over a pool of pixels jump by m with one more such sample. If they caused all of
+//! the variance V, their number would be a Poisson count: the darker picture has k = V/m² of the
+//! λ = k + |D|/m that the difference D implies. The root of that count's deviance, √(2(λ − k − k
+//! ln(λ/k))), is nearly normal (McCullagh, Nelder, *Generalized Linear Models*, 1989, section 2.4)
+//! and takes the place of |D|/√V, which it tends to as m → 0. Half a sample is added to the count,
+//! as is usual: with none, the p-value is about e^(−λ). It is the empirical form of Bennett's
+//! inequality (Maurer, Pontil, "Empirical Bernstein Bounds and Sample Variance Penalization",
+//! COLT 2009) with the constants of a test instead of a bound.
 //!
 //! Jumps are the largest of both pictures, anywhere in them, and the rule is the same whichever is
-//! darker: a picture or tile that has not met its bright samples is judged by those that came
-//! elsewhere, and no pixel is left out.
+//! darker: a picture or tile without bright samples is judged by those of other tiles, and no pixel
+//! is left out.
 
 use surelight_estimate::{
     Estimate, WelchTest, normal_quantile, satterthwaite, student_t_quantile, student_t_survival, welch_test,
@@ -40,7 +40,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Tests what is left of the difference after rounding; `p` is bounded by the jump.
+    /// Tests the remainder of the difference after rounding; `p` is bounded by the jump.
     pub(super) fn test(&self) -> WelchTest {
         let [a, b] = self.means;
         let shifted = Estimate { mean: beyond_rounding(a.mean, b.mean), ..a };
@@ -100,26 +100,26 @@ impl Evidence {
     }
 }
 
-/// The root of the deviance: how many standard errors a difference is worth.
+/// The root of the deviance: a difference in standard errors.
 fn root(difference: f64, variance: f64, jump: f64) -> f64 {
-    let met = variance / (jump * jump) + 0.5;
+    let events = variance / (jump * jump) + 0.5;
     let missing = (difference / jump - 0.5).max(0.0);
-    let share = missing / met;
-    (2.0 * met * (share - share.ln_1p())).max(0.0).sqrt()
+    let share = missing / events;
+    (2.0 * events * (share - share.ln_1p())).max(0.0).sqrt()
 }
 
 /// The difference whose [`root`] is `quantile`.
 fn threshold(quantile: f64, variance: f64, jump: f64) -> f64 {
-    let met = variance / (jump * jump) + 0.5;
+    let events = variance / (jump * jump) + 0.5;
     let square = quantile * quantile;
     // By u − ln(1 + u) ≥ u²/(2(1 + u)) the root is reached at this share at the latest.
-    let mut range = [0.0, (square + (square * square + 4.0 * met * square).sqrt()) / (2.0 * met)];
+    let mut range = [0.0, (square + (square * square + 4.0 * events * square).sqrt()) / (2.0 * events)];
     for _ in 0..60 {
         let middle = 0.5 * (range[0] + range[1]);
-        let reached = 2.0 * met * (middle - middle.ln_1p()) >= square;
+        let reached = 2.0 * events * (middle - middle.ln_1p()) >= square;
         range[usize::from(reached)] = middle;
     }
-    (range[1] * met + 0.5) * jump
+    (range[1] * events + 0.5) * jump
 }
 
 #[cfg(test)]
@@ -141,9 +141,9 @@ mod tests {
         }
     }
 
-    /// Of λ events none comes with probability e^(−λ), which no variance tells.
+    /// No event of λ expected ones has probability e^(−λ), which no variance shows.
     #[test]
-    fn what_has_met_no_event_may_have_missed_some() {
+    fn a_tile_without_events_may_have_missed_some() {
         for events in [2.0f64, 5.0, 10.0, 20.0] {
             let missed = (-events).exp();
             let p = evidence(0.01 * events, 1e-12, 0.01).test().p;
@@ -158,13 +158,13 @@ mod tests {
         for lambda in [1.0, 3.0, 10.0, 30.0, 100.0f64] {
             let (mut chance, mut low) = ((-lambda).exp(), 0.0);
             for count in 0..lambda as u32 {
-                let met = f64::from(count);
+                let events = f64::from(count);
                 let estimate = |mean, variance| Estimate { mean, variance, dof: f64::INFINITY };
-                let means = [estimate(met, met), estimate(lambda, 0.0)];
+                let means = [estimate(events, events), estimate(lambda, 0.0)];
                 if (Evidence { means, jump: 1.0 }).test().p < 0.01 {
                     low += chance;
                 }
-                chance *= lambda / (met + 1.0);
+                chance *= lambda / (events + 1.0);
             }
             assert!(low < 0.01, "{lambda}: {low}");
         }

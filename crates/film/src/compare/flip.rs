@@ -1,8 +1,9 @@
 //! LDR-FLIP: the difference that a person sees when flipping between two displayed pictures.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: a difference evaluator for alternating images", Proc. ACM
-//! Comput. Graph. Interact. Tech. 3(2) (HPG 2020); section and equation numbers below are the paper's. The viewing distance is
-//! the paper's: 0.7 m from a monitor of 0.7 m and 3840 pixels width, 67 pixels a degree.
+//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: a difference evaluator
+//! for alternating images", Proc. ACM Comput. Graph. Interact. Tech. 3(2) (HPG 2020); section and
+//! equation numbers below are the paper's. The viewing distance is the paper's: 0.7 m from a
+//! monitor of 0.7 m and 3840 pixels width, 67 pixels a degree.
 
 use rayon::prelude::*;
 
@@ -20,7 +21,8 @@ pub fn mean_flip(a: &Picture, b: &Picture, display: &Display) -> f64 {
     map.iter().sum::<f64>() / map.len().max(1) as f64
 }
 
-/// The FLIP map of two pictures as `display` shows them: 0 (no difference seen) to 1 a pixel. The pictures must have the same size.
+/// The FLIP map of two pictures as `display` shows them: 0 (no visible difference) to 1 per pixel.
+/// The pictures must have the same size.
 pub fn flip(a: &Picture, b: &Picture, display: &Display) -> Vec<f64> {
     let (width, height) = (a.width.min(b.width), a.height.min(b.height));
     if width == 0 || height == 0 {
@@ -67,13 +69,14 @@ fn srgb_to_linear(x: f64) -> f64 {
     if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
-/// A Gaussian of the contrast sensitivity function: `a·√(π/b)·exp(−π²x²/b)` with x in degrees (section 4.1, table 1).
+/// A Gaussian of the contrast sensitivity function: `a·√(π/b)·exp(−π²x²/b)` with x in degrees
+/// (section 4.1, table 1).
 struct Sensitivity {
     a: f64,
     b: f64,
 }
 
-/// Colour difference, 0 to 1 a pixel (sections 4.1.1–4.1.3).
+/// Colour difference, 0 to 1 per pixel (sections 4.1.1–4.1.3).
 fn color_difference(a: &[Plane; 3], b: &[Plane; 3], width: usize) -> Plane {
     let channels: [&[Sensitivity]; 3] = [
         &[Sensitivity { a: 1.0, b: 0.0047 }],
@@ -123,7 +126,7 @@ fn sensitivity_filter(plane: &Plane, width: usize, terms: &[Sensitivity]) -> Pla
     sum
 }
 
-/// Linear Rec. 709 of an opponent colour, clipped to what a display can show.
+/// Linear Rec. 709 of an opponent colour, clipped to the gamut of a display.
 fn display_light([y, cx, cz]: [f64; 3]) -> [f64; 3] {
     // Inverse of TO_XYZ.
     const FROM_XYZ: [[f64; 3]; 3] = [
@@ -150,12 +153,13 @@ fn hunt_lab(rgb: [f64; 3]) -> [f64; 3] {
     [lightness, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
 }
 
-/// Distance that is additive in lightness and Euclidean in chroma, for large differences (equation 5).
+/// Distance that is additive in lightness and Euclidean in chroma, for large differences (equation
+/// 5).
 fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Difference of edges and points, 0 to 1 a pixel (section 4.2).
+/// Difference of edges and points, 0 to 1 per pixel (section 4.2).
 fn feature_difference(a: &Plane, b: &Plane, width: usize) -> Plane {
     let deviation = 0.5 * 0.082 * PIXELS_PER_DEGREE;
     let radius = (3.0 * deviation).ceil() as i64;

@@ -8,11 +8,13 @@ const FULL_ERRORS: f64 = 5.0;
 /// Relative difference |a − b|/(|a| + |b| + 0.01), otherwise, at which it is.
 const FULL_RELATIVE: f64 = 0.5;
 
-/// A colour for a signed amount in [−1, 1]: black for none, through red and orange to near white for more, through blue and cyan for less.
+/// A colour for a signed amount in [−1, 1]: black for none, through red and orange to near white
+/// for more, through blue and cyan for less.
 ///
-/// Either arm rises evenly in luminance, so that it reads in grey too, and the two arms are equally bright.
+/// Either arm rises evenly in luminance, so that it reads in grey too, and the two arms are equally
+/// bright.
 pub fn heat_color(amount: f64) -> [u8; 3] {
-    // Linear Rec. 709; luminances 0, 0.04, 0.25, 0.85 lie about evenly in lightness (0, 24, 57, 94).
+    // Linear Rec. 709; luminances 0, 0.04, 0.25, 0.85 are about even in lightness (0, 24, 57, 94).
     const WARM: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.165, 0.005, 0.02], [0.72, 0.13, 0.02], [1.0, 0.84, 0.5]];
     const COOL: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.012, 0.03, 0.22], [0.03, 0.29, 0.5], [0.6, 0.93, 0.8]];
     if amount.is_nan() {
@@ -26,10 +28,12 @@ pub fn heat_color(amount: f64) -> [u8; 3] {
     std::array::from_fn(|c| to_u8(linear_to_srgb(stops[low][c] * (1.0 - f) + stops[low + 1][c] * f)))
 }
 
-/// Heat map of a − b, one colour a pixel: warm where `a` is brighter, cool where it is darker, magenta where a value is not finite.
+/// Heat map of a − b, one colour per pixel: warm where `a` is brighter, cool where it is darker,
+/// magenta where a value is not finite.
 ///
-/// The amount is that of the channel that differs most: in standard errors of the difference, full at 5, where both pictures know their
-/// variance; else (a − b)/(|a| + |b| + 0.01), full at a half. Differences of rounding count as none. The pictures must have the same size.
+/// The amount is that of the channel that differs most: in standard errors of the difference, full
+/// at 5, where both pictures have a variance; else (a − b)/(|a| + |b| + 0.01), full at a half.
+/// Differences of rounding are ignored. The pictures must have the same size.
 pub fn heat_map(a: &Picture, b: &Picture) -> Vec<[u8; 3]> {
     let count = (a.width * a.height).min(b.width * b.height);
     (0..count)

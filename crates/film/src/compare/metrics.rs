@@ -8,18 +8,18 @@ const EPSILON: f64 = 1e-2;
 /// Distances of picture a from picture b.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
-    /// Mean signed relative difference Σ(a − b)/Σb: what a bias of the whole picture looks like.
+    /// Mean signed relative difference Σ(a − b)/Σb: a bias of the whole picture.
     pub mean_relative: f64,
-    /// Standard error of that, from the spread of the pixels' differences: right where these are noise, and too large where the pictures
-    /// really differ from place to place.
+    /// Standard error of that, from the spread of the pixels' differences: right where these are
+    /// noise, and too large where the pictures really differ from place to place.
     pub mean_relative_error: f64,
     /// √ of the mean of (a − b)², in radiance.
     pub rmse: f64,
-    /// Mean of (a − b)²/(b² + ε) with ε = 0.01 (Rousselle, Knaus, Zwicker, "Adaptive sampling and reconstruction using greedy
-    /// error minimization", SIGGRAPH Asia 2011).
+    /// Mean of (a − b)²/(b² + ε) with ε = 0.01 (Rousselle, Knaus, Zwicker, "Adaptive sampling and
+    /// reconstruction using greedy error minimization", SIGGRAPH Asia 2011).
     pub rel_mse: f64,
-    /// Mean of |a − b|/(|a| + |b| + ε) with ε = 0.01, 0 to 1 (Vogels et al., "Denoising with kernel prediction and asymmetric loss
-    /// functions", SIGGRAPH 2018).
+    /// Mean of |a − b|/(|a| + |b| + ε) with ε = 0.01, 0 to 1 (Vogels et al., "Denoising with kernel
+    /// prediction and asymmetric loss functions", SIGGRAPH 2018).
     pub smape: f64,
     /// Pixels compared.
     pub pixels: usize,
@@ -92,7 +92,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_one() {
-        // Over 200 pairs the mean difference is within one standard error of zero in 68.3 %: 4 standard errors are 13 %.
+        // Over 200 pairs the mean difference is within one standard error of zero in 68.3 %: 4
+        // standard errors are 13 %.
         let within = (0..200)
             .filter(|&seed| {
                 let (a, b) = (render(16, 2 * seed, 0.1, |_, _| 1.0), render(16, 2 * seed + 1, 0.1, |_, _| 1.0));

@@ -1,6 +1,7 @@
-//! Are two pictures the same? Metrics for how far apart they are, and a statistical verdict where both know their errors.
+//! Compares two pictures: metrics of their distance, and a statistical verdict where both have
+//! error estimates.
 //!
-//! A metric cannot tell noise from bias; [`Verdict`] can. FLIP is for people: it hides bias.
+//! A metric cannot separate noise from bias; [`Verdict`] can. FLIP is for people: it hides bias.
 
 mod evidence;
 mod flip;
@@ -36,14 +37,15 @@ pub enum CompareError {
         b: [i32; 2],
     },
     /// No channels that are a picture.
-    #[error("{0} has no R, G, B channels that can be told to be the picture")]
+    #[error("{0} has no R, G, B channels that are clearly the picture")]
     NoPicture(&'static str),
     /// Nothing to compare.
     #[error("no pixel has a finite value in both images")]
     NoPixels,
 }
 
-/// A picture with, perhaps, the variance of each pixel's mean. Planes are red, green, blue, row 0 at the top.
+/// A picture with, perhaps, the variance of each pixel's mean. Planes are red, green, blue, row 0
+/// at the top.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture<'a> {
     /// Pixels a row.
@@ -59,14 +61,15 @@ pub struct Picture<'a> {
     pub tail: Option<&'a [f32]>,
     /// Degrees of freedom of the variances; infinite where they are well known.
     pub dof: f64,
-    /// Where the pixels of each 2×2 square share paths, so that their errors depend on one another: the place of the first pixel in its
-    /// square.
+    /// Where the pixels of each 2×2 square share paths, so that their errors depend on one another:
+    /// the place of the first pixel in its square.
     pub squares: Option<[usize; 2]>,
 }
 
 impl<'a> Picture<'a> {
-    /// The picture of an EXR. Its variance is the file's own `Variance` layer, with one degree of freedom less than the batches its
-    /// metadata tell; else that of `variance`, a file of which the picture is the variance, taken as well known.
+    /// The picture of an EXR. Its variance is the file's own `Variance` layer, with one degree of
+    /// freedom less than the batches of its metadata; else that of `variance`, a file whose picture
+    /// is the variance, taken as exact.
     ///
     /// # Errors
     /// Where a file holds no picture, or the variance has another size.
@@ -84,7 +87,8 @@ impl<'a> Picture<'a> {
             return Ok(Self { width, height, rgb, variance: Some(variance), tail: None, dof: f64::INFINITY, squares });
         }
         let batches = metadata.map_or(0, |metadata| metadata.batches);
-        // Another program's layer of that name may hold anything, such as the variance of one sample.
+        // Another program's layer of that name may hold anything, such as the variance of one
+        // sample.
         let variance = image.rgb("Variance").filter(|_| batches >= 2);
         let tail = variance.and_then(|_| image.channels.get("Tail.K")).map(Vec::as_slice);
         Ok(Self { width, height, rgb, variance, tail, dof: f64::from(batches) - 1.0, squares })
@@ -135,7 +139,7 @@ pub struct CompareOptions {
     pub alpha: f64,
     /// Side of the tiles that are tested on their own, in pixels.
     pub tile: usize,
-    /// How the pictures are brought to a display for FLIP.
+    /// The display mapping of the pictures for FLIP.
     pub display: Display,
 }
 
@@ -145,14 +149,15 @@ impl Default for CompareOptions {
     }
 }
 
-/// What a comparison found.
+/// Result of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// How far apart the pictures are.
     pub metrics: Metrics,
     /// Mean LDR-FLIP of the displayed pictures, 0 to 1.
     pub flip: f64,
-    /// Whether they differ by more than their errors explain; `None` where one does not know its errors.
+    /// Whether they differ by more than their errors explain; `None` where one has no error
+    /// estimate.
     pub verdict: Option<Verdict>,
     /// Pixels left out because a value or variance is not finite.
     pub skipped: usize,
@@ -227,7 +232,8 @@ pub(crate) mod testing {
 
     /// Uniform numbers above 0 and below 1 from a seed.
     fn uniforms(seed: u64) -> impl FnMut() -> f64 {
-        // SplitMix64; seeds are mixed first, or neighbouring ones would share their sequence but for one number.
+        // SplitMix64; seeds are mixed first, or neighbouring ones would share their sequence but
+        // for one number.
         let mix = |state: u64| {
             let z = (state ^ (state >> 30)).wrapping_mul(0xbf58476d1ce4e5b9);
             let z = (z ^ (z >> 27)).wrapping_mul(0x94d049bb133111eb);
@@ -246,7 +252,7 @@ pub(crate) mod testing {
         move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
     }
 
-    /// A render of `truth` with 16 batches a pixel of relative deviation `noise` (of the mean).
+    /// A render of `truth` with 16 batches per pixel of relative deviation `noise` (of the mean).
     pub(crate) fn render(size: usize, seed: u64, noise: f64, truth: impl Fn(usize, usize) -> f64) -> Planes {
         let mut normal = normals(seed);
         let mut planes = Planes::new(size, size, |x, y| [truth(x, y) as f32; 3]);
@@ -282,8 +288,8 @@ pub(crate) mod testing {
         Pareto(f64),
     }
 
-    /// A render of a grey picture of radiance 1 with 256 samples a pixel, of which `share` comes by
-    /// rare, bright samples: so many in a tile of 256 pixels on average.
+    /// A render of a grey picture of radiance 1 with 256 samples per pixel, a `share` of it from
+    /// rare, bright samples: `events` in a tile of 256 pixels on average.
     pub(crate) fn rare(size: usize, seed: u64, share: f64, a_tile: f64, events: Events) -> Planes {
         const SAMPLES: f64 = 16.0;
         let mut normal = normals(seed);
@@ -372,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told() {
+    fn mismatched_pictures_are_reported() {
         let (small, large) = (Planes::new(2, 2, |_, _| [1.0; 3]), Planes::new(4, 1, |_, _| [1.0; 3]));
         let options = CompareOptions::default();
         assert!(matches!(compare(&small.picture(), &large.picture(), &options), Err(CompareError::Size { .. })));

@@ -1,13 +1,14 @@
 //! Do two pictures differ by more than their own errors explain?
 //!
-//! Welch's t test on the pooled mean, which finds a faint bias of the whole, and on each tile, which finds a strong one in one
-//! place (Jung, Hanika, Dachsbacher, "Detecting bias in Monte Carlo renderers using Welch's t-test", JCGT 9(2) (2020)); each
-//! channel on its own, since the covariance of channels is not stored. Šidák's correction keeps the probability of any false alarm at α: half of it
-//! goes to the pooled tests and half to the tiles.
+//! Welch's t test on the pooled mean, which finds a faint bias of the whole, and on each tile,
+//! which finds a strong one in one place (Jung, Hanika, Dachsbacher, "Detecting bias in Monte Carlo
+//! renderers using Welch's t-test", JCGT 9(2) (2020)); each channel on its own, since the
+//! covariance of channels is not stored. Šidák's correction keeps the probability of any false
+//! alarm at α: half of it goes to the pooled tests and half to the tiles.
 //!
-//! Where light comes by rare, bright samples, variances are not to be believed. Pictures that know
-//! their tails bound what such pixels can say (`evidence.rs`): the p-value is that of Welch's test
-//! where no sample matters much, and far larger where a few samples are all the light that came.
+//! Where light arrives in rare, bright samples, variances are unreliable. Pictures with known tails
+//! bound the evidence of such pixels (`evidence.rs`): the p-value is that of Welch's test where no
+//! sample dominates, and far larger where a few samples are all the light.
 
 use surelight_estimate::{Estimate, WelchTest, sidak_level};
 
@@ -29,7 +30,7 @@ pub struct Tile {
     pub p: f64,
 }
 
-/// What the tests say.
+/// Outcome of the tests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// No test found a difference, though some could have.
@@ -44,7 +45,7 @@ pub enum Outcome {
 /// Outcome of the tests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// What they say together.
+    /// Their joint outcome.
     pub outcome: Outcome,
     /// Probability of [`Outcome::Differ`] for equal pictures.
     pub alpha: f64,
@@ -74,8 +75,8 @@ impl Verdict {
         self.outcome == Outcome::Differ
     }
 
-    /// How many times the samples that both pictures have would make a bias of the whole picture
-    /// of `bias`, relative to the reference, detectable; `None` where there is no noise or no light.
+    /// How many times the samples that both pictures have would make a bias of the whole picture of
+    /// `bias`, relative to the reference, detectable; `None` where there is no noise or no light.
     ///
     /// By the square of the precision, for jumps, too: of more samples the largest is larger, in
     /// the heaviest tails that have a variance by the square root.
@@ -84,14 +85,14 @@ impl Verdict {
     }
 }
 
-/// Whether there is a test that can tell.
+/// Whether any test has enough power.
 #[derive(Default)]
-struct Judged {
+struct Testability {
     lit: bool,
     able: bool,
 }
 
-impl Judged {
+impl Testability {
     fn add(&mut self, channels: &[Evidence; 3], level: f64) {
         self.lit |= channels.iter().any(Evidence::is_lit);
         self.able |= channels.iter().any(|evidence| evidence.is_lit() && evidence.can_tell(level));
@@ -126,8 +127,8 @@ impl Pool {
         self.pixels += pixels;
     }
 
-    /// By how much a sample yet to come may change a sum: as the largest so far, or up to twice
-    /// that where that one makes a quarter of the variance, so that larger ones are likely.
+    /// By how much a future sample may change a sum: as the largest so far, or up to twice that
+    /// where that one makes a quarter of the variance, so that larger ones are likely.
     ///
     /// Of Pareto samples with index 1.5 the largest so far alone raises false alarms one time in
     /// fifty; where all samples are small, this changes nothing.
@@ -137,7 +138,7 @@ impl Pool {
         if square > 0.0 { self.jump * (1.0 + (4.0 * square / variance).min(1.0)) } else { 0.0 }
     }
 
-    /// What the pool says where one sample may change its sum by `jump`.
+    /// The evidence of the pool where one sample may change its sum by `jump`.
     fn evidence(&self, dof: [f64; 2], jump: f64) -> Evidence {
         let n = self.pixels as f64;
         let means = std::array::from_fn(|side| {
@@ -149,7 +150,8 @@ impl Pool {
     }
 }
 
-/// The usable pixels in groups that are independent of one another: each by itself, or 2×2 squares where either picture shares paths.
+/// The usable pixels in groups that are independent of one another: each by itself, or 2×2 squares
+/// where either picture shares paths.
 fn groups(a: &Picture, b: &Picture, usable: &[bool]) -> Vec<Vec<usize>> {
     let pixels = (0..usable.len()).filter(|&i| usable[i]);
     let Some([left, top]) = a.squares.or(b.squares) else {
@@ -162,7 +164,8 @@ fn groups(a: &Picture, b: &Picture, usable: &[bool]) -> Vec<Vec<usize>> {
     squares
 }
 
-/// Variance of a group's sum: at most the square of its pixels' summed standard errors, however their errors depend on one another.
+/// Variance of a group's sum: at most the square of its pixels' summed standard errors, however
+/// their errors depend on one another.
 fn variance_of_sum(plane: &[f32], group: &[usize], dependent: bool) -> f64 {
     let variances = group.iter().map(|&i| f64::from(plane[i]));
     if dependent { variances.map(f64::sqrt).sum::<f64>().powi(2) } else { variances.sum() }
@@ -198,15 +201,15 @@ pub(super) fn judge(a: &Picture, b: &Picture, usable: &[bool], options: &Compare
     let (pooled_level, tile_level) = (sidak_level(half, 3), sidak_level(half, 3 * tiles));
     let dof = [a.dof, b.dof];
 
-    // Those of the whole picture for each tile, too: where bright samples come less than once a
-    // tile, most tiles have met none, nor have those beside them.
+    // Those of the whole picture for each tile, too: where there is less than one bright sample per
+    // tile, most tiles have none, nor have their neighbours.
     let jumps = whole.each_ref().map(Pool::next_jump);
     let evidence: [Evidence; 3] = std::array::from_fn(|c| whole[c].evidence(dof, jumps[c]));
     let pooled = evidence.map(|evidence| evidence.test());
     let pooled_differs = pooled.iter().any(|test| test.p < pooled_level);
     let in_channels = evidence.iter().filter_map(|evidence| evidence.detectable(pooled_level));
     let detectable = in_channels.fold(0.0, f64::max);
-    let mut judged = Judged::default();
+    let mut judged = Testability::default();
     judged.add(&evidence, pooled_level);
 
     let mut different = Vec::new();
@@ -264,8 +267,9 @@ mod tests {
 
     #[test]
     fn false_alarms_are_as_rare_as_promised() {
-        // 500 pairs at α = 0.01: 5 expected, 4 standard errors are 8.9. Without any correction for 15 tests at once about
-        // 10 % would alarm, as the second count shows at a level that can be counted.
+        // 500 pairs at α = 0.01: 5 expected, 4 standard errors are 8.9. Without any correction for
+        // 15 tests at once about 10 % would alarm, as the second count shows at a level that is
+        // measurable.
         let pair = |seed: u64| verdict(&render(24, 2 * seed, 0.2, scene), &render(24, 2 * seed + 1, 0.2, scene));
         let alarms = (0..500).filter(|&seed| pair(seed).differs()).count();
         assert!(alarms <= 13, "{alarms}");
@@ -274,23 +278,25 @@ mod tests {
         assert!((9..=48).contains(&uncorrected), "{uncorrected}");
     }
 
-    /// Noise that is the same within 2×2 squares, told or not.
-    fn in_squares(seed: u64, told: bool) -> Planes {
+    /// Noise that is the same within 2×2 squares, with or without a record of the squares.
+    fn in_squares(seed: u64, with_squares: bool) -> Planes {
         let small = render(12, seed, 0.2, |_, _| 1.0);
         let spread = |planes: &[Vec<f32>; 3]| -> [Vec<f32>; 3] {
             std::array::from_fn(|c| (0..24 * 24).map(|i| planes[c][i / 24 / 2 * 12 + i % 24 / 2]).collect())
         };
         let variance = small.variance.as_ref().map(spread);
-        Planes { width: 24, rgb: spread(&small.rgb), variance, tail: None, squares: told.then_some([0, 0]) }
+        Planes { width: 24, rgb: spread(&small.rgb), variance, tail: None, squares: with_squares.then_some([0, 0]) }
     }
 
     #[test]
-    fn pixels_that_share_paths_raise_no_false_alarms() {
-        let alarms = |told: bool| {
-            (0..500).filter(|&s| verdict(&in_squares(2 * s, told), &in_squares(2 * s + 1, told)).differs()).count()
+    fn path_reuse_raises_no_false_alarms() {
+        let alarms = |with_squares: bool| {
+            (0..500)
+                .filter(|&s| verdict(&in_squares(2 * s, with_squares), &in_squares(2 * s + 1, with_squares)).differs())
+                .count()
         };
-        let (told, untold) = (alarms(true), alarms(false));
-        assert!(told <= 13, "{told}");
+        let (with_squares, untold) = (alarms(true), alarms(false));
+        assert!(with_squares <= 13, "{with_squares}");
         assert!(untold > 50, "the test cannot fail: {untold}");
     }
 
@@ -305,7 +311,8 @@ mod tests {
                 verdict(&a, &render(32, 5000 + seed, 0.2, scene)).pooled_differs
             })
             .count();
-        // Three channels, each found nine times in ten: more than 90 % of 200 less 4 standard errors; and far fewer at a third of it.
+        // Three channels, each found nine times in ten: more than 90 % of 200 less 4 standard
+        // errors; and far fewer at a third of it.
         assert!(found > 163, "{found}");
         let fainter = (0..200)
             .filter(|&seed| {
@@ -326,7 +333,8 @@ mod tests {
         assert_eq!(verdict.tiles, 64);
         let tile = verdict.different[0];
         assert_eq!((tile.x, tile.y, verdict.different.len()), (x0, y0, 1));
-        // 16 of 256 pixels are 40 % darker: nine standard errors of the tile, and one of the picture.
+        // 16 of 256 pixels are 40 % darker: nine standard errors of the tile, and one of the
+        // picture.
         assert!((tile.relative + 0.025).abs() < 0.02 && tile.p < verdict.tile_level);
         assert!(verdict.detectable_in_tile < 0.1);
     }
@@ -378,9 +386,9 @@ mod tests {
         }
     }
 
-    /// Where most tiles have met no event, and those beside them neither, others have.
+    /// Where most tiles and their neighbours have no event, others have.
     #[test]
-    fn events_elsewhere_count_for_tiles_that_have_met_none() {
+    fn events_elsewhere_count_for_tiles_without_any() {
         let found = |seed: u64| {
             let a = rare(96, 2 * seed, 0.0, 0.0, Events::Equal);
             let mut b = rare(96, 2 * seed + 1, 0.5, 0.3, Events::Equal);
@@ -393,7 +401,7 @@ mod tests {
         assert_eq!(found.iter().filter(|found| found.1).count(), 20, "the test cannot fail");
     }
 
-    /// Power where tails are known and light: what they cost, and what is found.
+    /// Power where tails are known and light: their cost, and the differences found.
     #[test]
     fn even_pictures_are_judged_as_sharply_as_without_tails() {
         let render = |seed| rare(48, seed, 0.0, 0.0, Events::Equal);

@@ -19,7 +19,8 @@ use crate::moments::WORDS;
 use crate::words::{COVERAGE_WORDS, checksum, coverage_word, word_name};
 use crate::{Film, Metadata, WriteError};
 
-/// Primaries and white point of Rec. ITU-R BT.709, table 1.3: what the channels R, G and B mean.
+/// Primaries and white point of Rec. ITU-R BT.709, table 1.3: the meaning of the channels R, G and
+/// B.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.30, 0.60),
@@ -27,9 +28,10 @@ const REC_709: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.3290),
 };
 
-/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`, `Certified.V`,
-/// `Tail.K` ([`crate::Certificate`]), `Tail.Max` and `Tail.Squares` (largest sample and sum of squared
-/// samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where the film has features.
+/// Writes the layers of a film: `R G B A`, `Variance.R .G .B` (of the mean), `Samples.N`,
+/// `Certified.V`, `Tail.K` ([`crate::Certificate`]), `Tail.Max` and `Tail.Squares` (largest sample
+/// and sum of squared samples, in luminance), and `Albedo.R .G .B`, `N.X .Y .Z`, `Depth.Z` where
+/// the film has features.
 ///
 /// All are 32-bit floats, ZIP-compressed, in one part; equal films and metadata give equal bytes.
 /// `A` is coverage ([`Film::coverage`]), by which `R G B` and the variance are premultiplied;
@@ -38,8 +40,8 @@ const REC_709: Chromaticities = Chromaticities {
 /// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
 /// A crop's data window is its place in the display window, which is the whole image.
 ///
-/// Where the metadata say that it is a [`crate::RenderPart`], the totals of all pixels go with it, bit for bit, as unsigned channels
-/// `Moments.00` and so on: [`crate::read_part`] gives back the film.
+/// Where the metadata say that it is a [`crate::RenderPart`], the totals of all pixels go with it, bit
+/// for bit, as unsigned channels `Moments.00` and so on: [`crate::read_part`] gives back the film.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.
@@ -70,8 +72,8 @@ pub fn encode_exr(film: &Film, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
-    let judged = Judged::new(film);
-    let channels = Channels::of(film, &judged, metadata.part.is_some());
+    let findings = PixelFindings::new(film);
+    let channels = Channels::of(film, &findings, metadata.part.is_some());
     let layer = Layer::new(size(window.size), attributes, encoding, channels);
     let display = IntegerBounds::from_dimensions(size(window.whole));
     let picture = ImageAttributes { chromaticities: Some(REC_709), ..ImageAttributes::new(display) };
@@ -98,15 +100,15 @@ fn ascii(json: &str) -> String {
     text
 }
 
-/// What is known of pixels only when all of them are looked at.
-struct Judged {
+/// Findings about pixels that need all of them.
+struct PixelFindings {
     certified: Vec<bool>,
     tail: Vec<f32>,
     /// Whether any pixel has a variance.
     variance: bool,
 }
 
-impl Judged {
+impl PixelFindings {
     fn new(film: &Film) -> Self {
         let certificate = film.certify();
         let variance = film.pixels().iter().any(|pixel| pixel.degrees_of_freedom() > 0.0);
@@ -114,7 +116,7 @@ impl Judged {
     }
 }
 
-/// A non-negative number to 9 bits, which halves its size in the file. Batches know squares to 5.
+/// A non-negative number to 9 bits, which halves its size in the file. Batches have squares to 5.
 fn rounded(x: f32) -> f32 {
     const DROPPED: u32 = 15;
     let bits = (x.to_bits() + (1 << (DROPPED - 1))) >> DROPPED << DROPPED;
@@ -130,19 +132,19 @@ struct Channel<'a> {
     bits: Bits<'a>,
 }
 
-/// All channels in the order of their names, as the format wants them.
+/// All channels in the order of their names, as the format requires.
 struct Channels<'a> {
     list: Vec<Channel<'a>>,
     width: usize,
 }
 
 impl<'a> Channels<'a> {
-    fn of(film: &'a Film, judged: &'a Judged, moments: bool) -> Self {
+    fn of(film: &'a Film, findings: &'a PixelFindings, moments: bool) -> Self {
         let mut all = Self { list: Vec::new(), width: film.width() as usize };
         let pixels = film.pixels();
         all.float("A", |i| film.coverage(i) as f32);
         all.triple(["R", "G", "B"], move |i, channel| pixels[i].mean()[channel] as f32);
-        if judged.variance {
+        if findings.variance {
             all.triple(["Variance.R", "Variance.G", "Variance.B"], move |i, channel| {
                 pixels[i].variance_of_mean().map_or(f32::INFINITY, |variance| variance[channel] as f32)
             });
@@ -152,9 +154,9 @@ impl<'a> Channels<'a> {
             all.triple(["N.X", "N.Y", "N.Z"], |i, axis| features.normal[i][axis]);
             all.float("Depth.Z", |i| features.depth[i]);
         }
-        all.float("Certified.V", |i| f32::from(u8::from(judged.certified[i])));
-        all.float("Tail.K", |i| judged.tail[i]);
-        // What tails of an extended render are judged by.
+        all.float("Certified.V", |i| f32::from(u8::from(findings.certified[i])));
+        all.float("Tail.K", |i| findings.tail[i]);
+        // The measure of an extended render's tails.
         all.float("Tail.Max", move |i| rounded(pixels[i].largest() as f32));
         all.float("Tail.Squares", move |i| rounded(pixels[i].squares() as f32));
         all.float("Samples.N", move |i| pixels[i].samples() as f32);
@@ -215,7 +217,8 @@ impl ChannelsWriter for &Channels<'_> {
             let place = line.location;
             let first = place.position.y() * self.width + place.position.x();
             let bits = &self.list[place.channel].bits;
-            // Floats and unsigned numbers alike are four bytes; a line of the block has room for just its samples.
+            // Floats and unsigned numbers alike are four bytes; a line of the block has room for
+            // just its samples.
             let written = line.write_samples(|x| bits(first + x));
             debug_assert!(written.is_ok());
         })

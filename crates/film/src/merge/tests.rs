@@ -8,7 +8,7 @@ use crate::{BatchSum, Features, encode_exr, write_exr};
 const WHOLE: [u32; 2] = [7, 5];
 const SPP: u64 = 24;
 
-/// Batches of 2 samples; each pixel and batch has numbers of its own.
+/// Batches of 2 samples; each pixel and batch has different numbers.
 fn render(edges: [u32; 4], [first, end]: [u64; 2]) -> (Film, Metadata) {
     let window = Window::crop(WHOLE, edges).unwrap();
     let mut film = Film::of_window(window);
@@ -53,7 +53,7 @@ fn merge(parts: &[([u32; 4], [u64; 2])]) -> Result<(Film, Metadata), MergeError>
         write_exr(&path, &film, &metadata).unwrap();
         PartFile::open(&path).unwrap()
     });
-    MergePlan::new(files.collect(), Sameness::Bits)?.join()
+    MergePlan::new(files.collect(), Compatibility::Bits)?.join()
 }
 
 const ALL: [u32; 4] = [0, 0, 7, 5];
@@ -85,14 +85,14 @@ fn parts_of_parts_can_be_joined_later() {
         write_exr(&path(name), &film, &metadata).unwrap();
     }
     let files = ["a.exr", "b.exr"].map(|name| PartFile::open(&path(name)).unwrap());
-    let (film, metadata) = MergePlan::new(files.to_vec(), Sameness::Bits).unwrap().join().unwrap();
+    let (film, metadata) = MergePlan::new(files.to_vec(), Compatibility::Bits).unwrap().join().unwrap();
     let (whole, of_whole) = render(ALL, [0, SPP]);
     let of_whole = Metadata { part: None, ..of_whole };
     assert!(encode_exr(&film, &metadata).unwrap() == encode_exr(&whole, &of_whole).unwrap());
 }
 
 #[test]
-fn what_does_not_fit_is_told() {
+fn parts_that_do_not_fit_are_reported() {
     let text = |parts: &[([u32; 4], [u64; 2])]| merge(parts).unwrap_err().to_string();
     assert!(text(&[]).contains("nothing"));
     let twice = text(&[(ALL, [0, 8]), ([2, 2, 3, 3], [6, 12])]);
@@ -107,11 +107,11 @@ fn what_does_not_fit_is_told() {
 }
 
 #[test]
-fn what_is_missing_of_the_whole_is_told() {
+fn missing_parts_of_the_whole_are_reported() {
     let plan = |edges, samples| {
         let (_, metadata) = render(edges, samples);
         let window = Window::crop(WHOLE, edges).unwrap();
-        MergePlan::new(vec![PartFile { path: "a.exr".into(), metadata, window }], Sameness::Bits).unwrap()
+        MergePlan::new(vec![PartFile { path: "a.exr".into(), metadata, window }], Compatibility::Bits).unwrap()
     };
     assert_eq!(plan(ALL, [0, SPP]).missing, None);
     let end = plan(ALL, [0, 18]).missing.unwrap();
@@ -127,7 +127,7 @@ fn parts_of_two_renders_are_refused_by_name() {
         let window = Window::all(WHOLE[0], WHOLE[1]);
         PartFile { path: Path::new(path).into(), metadata: Metadata { seed, ..metadata }, window }
     };
-    let text = MergePlan::new(vec![file("a.exr", 1), file("b.exr", 2)], Sameness::Bits).unwrap_err().to_string();
+    let text = MergePlan::new(vec![file("a.exr", 1), file("b.exr", 2)], Compatibility::Bits).unwrap_err().to_string();
     for word in ["a.exr", "b.exr", "--seed is 1 in the first and 2 in the second"] {
         assert!(text.contains(word), "{text}");
     }
@@ -138,8 +138,9 @@ fn parts_of_two_renders_are_refused_by_name() {
         file.metadata.sample_range = samples;
         file
     };
-    let text =
-        MergePlan::new(vec![open("a.exr", [0, 8]), open("b.exr", [8, 16])], Sameness::Bits).unwrap_err().to_string();
+    let text = MergePlan::new(vec![open("a.exr", [0, 8]), open("b.exr", [8, 16])], Compatibility::Bits)
+        .unwrap_err()
+        .to_string();
     assert!(text.contains("--spp"), "{text}");
-    assert!(MergePlan::new(vec![open("a.exr", [0, 8])], Sameness::Bits).is_ok());
+    assert!(MergePlan::new(vec![open("a.exr", [0, 8])], Compatibility::Bits).is_ok());
 }

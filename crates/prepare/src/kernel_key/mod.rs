@@ -1,4 +1,4 @@
-//! What a kernel contains: decided by scene, settings and device before compilation.
+//! The parts of a kernel: decided by scene, settings and device before compilation.
 //!
 //! A part that a scene lacks is absent from its kernel, its bindings and its records.
 
@@ -19,9 +19,10 @@ pub enum Estimator {
     /// Light sampling and BSDF sampling by multiple importance sampling.
     #[default]
     Mis,
-    /// Likewise, where the four pixels of a square reuse one another's paths.
+    /// [`Self::Mis`], where the four pixels of a square reuse one another's paths.
     PathReuse,
-    /// Likewise, with light that mirrors and smooth glass send to scattering surfaces traced from the lights.
+    /// [`Self::Mis`], with light that mirrors and smooth glass send to scattering surfaces traced
+    /// from the lights.
     LightTracing,
     /// Directions alone.
     Hemisphere(Directions),
@@ -45,7 +46,7 @@ impl Estimator {
     ];
 }
 
-/// Where camera rays come from.
+/// The camera model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum CameraModel {
     /// A pinhole.
@@ -66,7 +67,7 @@ impl CameraModel {
 
 /// Light from far away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Surroundings {
+pub enum EnvironmentKind {
     /// None.
     #[default]
     Black,
@@ -76,15 +77,15 @@ pub enum Surroundings {
     Map,
 }
 
-impl Surroundings {
+impl EnvironmentKind {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Black, Self::Uniform, Self::Map];
 }
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Points {
-    /// Sobol points, each batch with a scramble of its own.
+pub enum PointSet {
+    /// Sobol points, each batch with a separate scramble.
     #[default]
     Sobol,
     /// All batches of a pixel are pieces of one Sobol sequence.
@@ -95,7 +96,7 @@ pub enum Points {
     Independent,
 }
 
-impl Points {
+impl PointSet {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Sobol, Self::OneSobolSequence, Self::Stratified, Self::Independent];
 
@@ -110,17 +111,17 @@ impl Points {
     }
 }
 
-/// What a kernel contains. Two kernels of one key and the same constants are the same program.
+/// The parts of a kernel. Two kernels of one key and the same constants are the same program.
 ///
 /// A key is consistent by construction: it has everything that its parts need ([`Row::needs`]) and
-/// nothing that they exclude. Kernels without bounds checks depend on it, so it cannot be changed from
-/// outside.
+/// nothing that they exclude. Kernels without bounds checks depend on it, so it cannot be changed
+/// from outside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct KernelKey {
     estimator: Estimator,
-    points: Points,
+    points: PointSet,
     camera: CameraModel,
-    surroundings: Surroundings,
+    surroundings: EnvironmentKind,
     /// Everything else.
     parts: Parts,
 }
@@ -171,12 +172,12 @@ impl KernelKey {
     /// A kernel of these choices and parts, and of all that the parts need.
     ///
     /// # Errors
-    /// Where parts exclude one another, or lack what they need one of.
+    /// Where parts exclude one another, or lack all alternatives of a requirement.
     pub fn new(
         estimator: Estimator,
-        points: Points,
+        points: PointSet,
         camera: CameraModel,
-        surroundings: Surroundings,
+        surroundings: EnvironmentKind,
         parts: Parts,
     ) -> Result<Self, KeyError> {
         let mut key = Self { estimator, points, camera, surroundings, parts };
@@ -194,7 +195,7 @@ impl KernelKey {
     }
 
     /// A kernel that samples points and nothing else.
-    pub fn of_points(points: Points) -> Self {
+    pub fn of_points(points: PointSet) -> Self {
         Self { points, ..Self::default() }
     }
 
@@ -209,7 +210,7 @@ impl KernelKey {
             let row = TABLE.iter().find(|row| row.name == *name);
             let part = row.ok_or_else(|| KeyError::Unknown { name: (*name).to_owned() })?.part;
             parts = parts.with(part);
-            // What a choice needs may be another choice.
+            // A requirement of a choice may be another choice.
             parts = row.into_iter().flat_map(|row| row.needs).fold(parts, |all, &part| all.with(part));
         }
         let taken = |part: Part| KeyError::Alternatives { part: TABLE[part as usize].name };
@@ -228,14 +229,14 @@ impl KernelKey {
                     };
                     set(&mut key.estimator, Estimator::Hemisphere(directions))
                 }
-                Part::SamplerIndependent => set(&mut key.points, Points::Independent),
-                Part::SamplerStratified => set(&mut key.points, Points::Stratified),
-                Part::OneScramble => set(&mut key.points, Points::OneSobolSequence),
+                Part::SamplerIndependent => set(&mut key.points, PointSet::Independent),
+                Part::SamplerStratified => set(&mut key.points, PointSet::Stratified),
+                Part::OneScramble => set(&mut key.points, PointSet::OneSobolSequence),
                 Part::Orthographic => set(&mut key.camera, CameraModel::Orthographic),
                 Part::Lens => set(&mut key.camera, CameraModel::ThinLens),
                 Part::Receiver => set(&mut key.camera, CameraModel::Receiver),
-                Part::EnvironmentUniform => set(&mut key.surroundings, Surroundings::Uniform),
-                Part::EnvironmentMap => set(&mut key.surroundings, Surroundings::Map),
+                Part::EnvironmentUniform => set(&mut key.surroundings, EnvironmentKind::Uniform),
+                Part::EnvironmentMap => set(&mut key.surroundings, EnvironmentKind::Map),
                 _ => true,
             };
             if !free {
@@ -268,11 +269,11 @@ impl KernelKey {
 
     /// Whether all batches of a pixel are pieces of one sequence.
     pub fn is_one_sequence(&self) -> bool {
-        self.points == Points::OneSobolSequence
+        self.points == PointSet::OneSobolSequence
     }
 
-    /// Where random numbers come from.
-    pub fn points(&self) -> Points {
+    /// The source of random numbers.
+    pub fn points(&self) -> PointSet {
         self.points
     }
 
@@ -280,7 +281,7 @@ impl KernelKey {
     ///
     /// # Errors
     /// Where a part excludes it.
-    pub fn by(self, estimator: Estimator) -> Result<Self, KeyError> {
+    pub fn with_estimator(self, estimator: Estimator) -> Result<Self, KeyError> {
         Self::new(estimator, self.points, self.camera, self.surroundings, self.parts)
     }
 
@@ -323,10 +324,10 @@ impl KernelKey {
             Estimator::Whitted => &[Part::Whitted],
         };
         let points = match self.points {
-            Points::Sobol => None,
-            Points::OneSobolSequence => Some(Part::OneScramble),
-            Points::Stratified => Some(Part::SamplerStratified),
-            Points::Independent => Some(Part::SamplerIndependent),
+            PointSet::Sobol => None,
+            PointSet::OneSobolSequence => Some(Part::OneScramble),
+            PointSet::Stratified => Some(Part::SamplerStratified),
+            PointSet::Independent => Some(Part::SamplerIndependent),
         };
         let camera = match self.camera {
             CameraModel::Pinhole => None,
@@ -335,9 +336,9 @@ impl KernelKey {
             CameraModel::Receiver => Some(Part::Receiver),
         };
         let surroundings = match self.surroundings {
-            Surroundings::Black => None,
-            Surroundings::Uniform => Some(Part::EnvironmentUniform),
-            Surroundings::Map => Some(Part::EnvironmentMap),
+            EnvironmentKind::Black => None,
+            EnvironmentKind::Uniform => Some(Part::EnvironmentUniform),
+            EnvironmentKind::Map => Some(Part::EnvironmentMap),
         };
         let others = [points, camera, surroundings].into_iter().flatten();
         estimator.iter().copied().chain(others).collect()
@@ -396,7 +397,7 @@ mod tests {
             (&["lens", "receiver"], "alternative"),
             (&["hemisphere", "punctual_lights"], "directions alone"),
             (&["caustics", "punctual_lights", "nested"], "volumes overlap"),
-            (&["shared_paths", "dispersion"], "colour"),
+            (&["path_reuse", "dispersion"], "colour"),
             (&["light_sampling"], "needs one of"),
             (&["no_such_part"], "called no_such_part"),
         ] {
@@ -407,7 +408,7 @@ mod tests {
 
     #[test]
     fn first_hits_reuse_no_paths() {
-        let key = KernelKey::from_names(&["shared_paths", "punctual_lights"]).unwrap();
+        let key = KernelKey::from_names(&["path_reuse", "punctual_lights"]).unwrap();
         assert_eq!((key.estimator(), key.first_hits().estimator()), (Estimator::PathReuse, Estimator::Mis));
         assert!(
             key.on_images(true).has(Part::ItemsImage) && !key.on_images(true).on_images(false).has(Part::ItemsImage)

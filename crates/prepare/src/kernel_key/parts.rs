@@ -7,7 +7,8 @@ use super::table::{Part, TABLE};
 pub struct Parts(u128);
 
 impl Parts {
-    /// Parts that exclude one another, and are kept as choices ([`super::Estimator`], [`super::CameraModel`], …).
+    /// Parts that exclude one another, and are kept as choices ([`super::Estimator`],
+    /// [`super::CameraModel`], …).
     pub const CHOICES: Self = Self::of(&[
         Part::Caustics,
         Part::SharedPaths,

@@ -1,4 +1,4 @@
-//! What in a scene needs a part of the kernel, in words: `material "Glass"`.
+//! The elements of a scene that need a part of the kernel, in words: `material "Glass"`.
 
 use surelight_scene::{ClipRange, LightKind, Material, Mesh, Scene};
 
@@ -43,7 +43,8 @@ pub(super) fn textures(scene: &Scene) -> Option<String> {
     Some(format!("{} textures", scene.textures.len())).filter(|_| !scene.textures.is_empty())
 }
 
-/// `material "Glass"` or `3 materials, the first "Glass"`; `None` for none. A number stands in for an empty name.
+/// `material "Glass"` or `3 materials, the first "Glass"`; `None` for none. A number replaces an
+/// empty name.
 fn named<'a>(kind: &str, all: impl Iterator<Item = (usize, &'a str)>) -> Option<String> {
     let mut all = all.peekable();
     let &(index, name) = all.peek()?;

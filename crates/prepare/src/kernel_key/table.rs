@@ -1,7 +1,7 @@
 //! The table of everything that a kernel may contain: name, meaning, origin, needs, exclusions.
 //!
-//! These are stated here alone. The composer's conditions, `surelight info`, docs/kernels.md and the
-//! sets that the tests compose are made from the table.
+//! These are stated here alone. The composer's conditions, `surelight info`, docs/kernels.md and
+//! the sets that the tests compose are made from the table.
 
 use surelight_scene::{AlphaMode, Material, Scene};
 
@@ -27,7 +27,7 @@ pub struct Row {
     pub part: Part,
     /// The condition that shader modules test with `@if(name)`.
     pub name: &'static str,
-    /// What it adds to a kernel.
+    /// Its effect on a kernel.
     pub meaning: &'static str,
     /// Why a kernel has it.
     pub origin: Origin,
@@ -170,7 +170,7 @@ table! {
     SamplerIndependent = "sampler_independent", "Independent random numbers.", Settings;
     SamplerStratified = "sampler_stratified", "Jittered strata.", Settings;
     OneScramble = "one_scramble", "All batches of a pixel are pieces of one Sobol sequence.", Settings;
-    SharedPaths = "shared_paths", "Neighbouring pixels use each other's second vertices.", Settings,
+    SharedPaths = "path_reuse", "Neighbouring pixels use each other's second vertices.", Settings,
         excludes [Receiver: "a receiver is measured, which has no neighbours", Dispersion: "the choice of a colour depends on the path so far", Nested: "the medium depends on the path so far", VolumeAlpha: "the medium depends on the path so far"];
     Adaptive = "adaptive", "Where noise is strong, a sample is the mean of several paths.", Settings;
     Transparent = "transparent", "The environment does not show to the camera; coverage is counted.", Settings;

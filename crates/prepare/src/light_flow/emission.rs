@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use surelight_scene::{Light, LightKind};
 
 use super::FlowInput;
-use crate::{caustics::cone_height, lights::AreaLight, luminance, unreachable::about};
+use crate::{caustics::cone_height, lights::AreaLight, luminance, unreachable::direction_around};
 
 /// A kind of light that sends photons.
 #[derive(Clone, Copy)]
@@ -151,17 +151,23 @@ impl<'a> Sources<'a> {
         Some(match source {
             Source::Area(light) => {
                 let (at, normal) = self.point_on(light, [u[0], u[1], u[4]])?;
-                let direction = about(normal, u[2].sqrt(), u[3]);
+                let direction = direction_around(normal, u[2].sqrt(), u[3]);
                 emission(at + normal * self.input.offset(at), direction, power)
             }
             Source::Light(_, light) => match light.kind {
-                LightKind::Point { position } => {
-                    emission(position - self.input.accel.origin, about(DVec3::Y, 1.0 - 2.0 * u[0], u[1]), power)
-                }
+                LightKind::Point { position } => emission(
+                    position - self.input.accel.origin,
+                    direction_around(DVec3::Y, 1.0 - 2.0 * u[0], u[1]),
+                    power,
+                ),
                 LightKind::Spot { position, direction, inner, outer } => {
                     let cosine = 1.0 - u[0] * (1.0 - f64::from(outer).cos());
                     let fade = spot_falloff(inner, outer, cosine);
-                    emission(position - self.input.accel.origin, about(direction, cosine, u[1]), power * fade)
+                    emission(
+                        position - self.input.accel.origin,
+                        direction_around(direction, cosine, u[1]),
+                        power * fade,
+                    )
                 }
                 LightKind::Directional { direction } => emission(from_disc(direction), direction, power),
             },
@@ -176,7 +182,7 @@ impl<'a> Sources<'a> {
                 emission(from_disc(direction), direction, power)
             }
             Source::UniformSky => {
-                let direction = about(DVec3::Y, 1.0 - 2.0 * u[0], u[1]);
+                let direction = direction_around(DVec3::Y, 1.0 - 2.0 * u[0], u[1]);
                 emission(from_disc(direction), direction, power)
             }
         })
@@ -205,7 +211,7 @@ impl<'a> Sources<'a> {
             let (k, _) = choose(&heights, u[4])?;
             let height = cone_height(&balls[k], at);
             let axis = (balls[k].center - at).try_normalize().filter(|_| height < 2.0).unwrap_or(DVec3::Y);
-            let direction = about(axis, 1.0 - height * u[2], u[3]);
+            let direction = direction_around(axis, 1.0 - height * u[2], u[3]);
             let hit = balls.iter().filter(|b| {
                 let (height, to_center) = (cone_height(b, at), b.center - at);
                 height >= 2.0 || direction.dot(to_center) >= to_center.length() * (1.0 - height) * (1.0 - 1e-12)

@@ -8,17 +8,19 @@ use crate::import::{LoadError, read_file};
 use crate::kind::kind_of;
 
 /// Texels that one map may have: 16 k × 8 k.
-const MOST_TEXELS: u64 = 128 << 20;
-/// A map with more texels than this must have [`MOST_TEXELS_A_BYTE`] at most, or its header is taken for a lie: memory is
-/// allocated before the decoder can find out.
+const MAX_TEXELS: u64 = 128 << 20;
+/// A map with more texels than this must have [`MAX_TEXELS_PER_BYTE`] at most, or its header is
+/// treated as wrong: memory is allocated before the decoder can detect it.
 const TRUSTED_TEXELS: u64 = 16 << 20;
-/// Run lengths of Radiance reach 16 texels a byte, ZIP on noise-free halves somewhat more.
-const MOST_TEXELS_A_BYTE: u64 = 24;
+/// Run lengths of Radiance reach 16 texels per byte, ZIP on noise-free halves somewhat more.
+const MAX_TEXELS_PER_BYTE: u64 = 24;
 /// Bytes that one file may have.
-const MOST_BYTES: u64 = 4 << 30;
-/// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the range of f32.
-const MOST_RADIANCE: f32 = 1e12;
-/// What an infinite texel becomes: the largest half float, since halves that overflowed are where they come from.
+const MAX_BYTES: u64 = 4 << 30;
+/// Brighter texels are cut to this: far above the sun's 1.6e9 nit, and its square stays in the
+/// range of f32.
+const MAX_RADIANCE: f32 = 1e12;
+/// The replacement of an infinite texel: the largest half float, since infinities come from halves
+/// that overflowed.
 const INFINITE: f32 = 65504.0;
 
 /// Loads an equirectangular environment map, .hdr or .exr by its content.
@@ -36,7 +38,7 @@ pub fn load_environment(path: &Path) -> Result<EnvironmentMap, LoadError> {
 /// # Errors
 /// See [`load_environment`].
 pub fn load_environment_with_warnings(path: &Path) -> Result<(EnvironmentMap, Vec<String>), LoadError> {
-    let bytes = read_file(path, MOST_BYTES)?;
+    let bytes = read_file(path, MAX_BYTES)?;
     let mut warnings = Vec::new();
     let decoded = if bytes.is_empty() {
         Err("it is empty".into())
@@ -73,13 +75,13 @@ pub(super) fn check_size(width: u64, height: u64, file_bytes: usize) -> Result<(
     match width.checked_mul(height) {
         Some(0) => Err("it has no texels".into()),
         Some(texels) if texels <= TRUSTED_TEXELS => Ok(()),
-        Some(texels) if texels <= MOST_TEXELS => {
-            if texels <= (file_bytes as u64).saturating_mul(MOST_TEXELS_A_BYTE) {
+        Some(texels) if texels <= MAX_TEXELS => {
+            if texels <= (file_bytes as u64).saturating_mul(MAX_TEXELS_PER_BYTE) {
                 return Ok(());
             }
             Err(format!("it states {width} × {height} texels in only {file_bytes} bytes"))
         }
-        _ => Err(format!("it states {width} × {height} texels, and {MOST_TEXELS} are the most that are read")),
+        _ => Err(format!("it states {width} × {height} texels, and {MAX_TEXELS} are the most that are read")),
     }
 }
 
@@ -91,9 +93,9 @@ fn sanitise(texels: &mut [[f32; 3]]) -> usize {
         *texel = before.map(|c| match c {
             c if c.is_nan() || c < 0.0 => 0.0,
             f32::INFINITY => INFINITE,
-            c => c.min(MOST_RADIANCE),
+            c => c.min(MAX_RADIANCE),
         });
-        // -0.0 equals 0.0 and is no change worth a word; NaN never equals.
+        // -0.0 equals 0.0 and needs no warning; NaN never equals.
         changed += usize::from(*texel != before);
     }
     changed

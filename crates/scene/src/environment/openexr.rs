@@ -1,4 +1,4 @@
-//! OpenEXR, by the crate `exr`: which of a file's channels are the picture, and where they lie.
+//! OpenEXR, by the crate `exr`: the channels of the picture, and its position.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -67,7 +67,7 @@ fn set((width, texels): &mut Pixels, x: usize, y: usize, texel: [f32; 3]) {
     }
 }
 
-/// What a user can do something about in the user's words.
+/// Causes that a user can act on, in plain words.
 fn cause(error: Error) -> String {
     match error {
         Error::NotSupported(what) if what.contains("subsampling") => {
@@ -164,7 +164,7 @@ fn framed<C>(
     if let Some(c) = image.attributes.chromaticities
         && !is_rec709(&c)
     {
-        warnings.push("its primaries are not those of Rec. 709, and its colours are taken as they are".into());
+        warnings.push("its primaries are not those of Rec. 709, and its colours are read as if they were".into());
     }
     let (_, texels) = image.layer_data.channel_data.pixels;
     Ok(EnvironmentMap { width: shown.size.0 as u32, height: shown.size.1 as u32, texels: shown.show(data, texels) })

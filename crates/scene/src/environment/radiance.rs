@@ -15,11 +15,11 @@ const REC709_FROM_XYZ: [[f32; 3]; 3] = [
     [0.055_630_08, -0.203_976_96, 1.056_971_5],
 ];
 
-/// What the header says.
+/// The fields of the header.
 struct Header<'a> {
     /// Whether texels are CIE XYZ instead of RGB.
     xyz: bool,
-    /// What a stored component is multiplied by.
+    /// The factor of a stored component.
     factor: [f32; 3],
     resolution: Resolution,
     /// The run lengths.
@@ -45,7 +45,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<EnvironmentMap, String> {
     let Resolution { scanlines, length, .. } = header.resolution;
     let (width, height) = header.resolution.size();
     check_size(width.into(), height.into(), bytes.len())?;
-    // The decoder reads one orientation and RGB: rows downwards are what scanlines in any orientation look like to it.
+    // The decoder reads one orientation and RGB: it reads scanlines of any orientation as rows
+    // downwards.
     let plain = format!("#?RADIANCE\n\n-Y {scanlines} +X {length}\n");
     let stream = Cursor::new(plain).chain(header.pixels);
     let decoder = HdrDecoder::new_nonstrict(stream).map_err(cause)?;
@@ -81,14 +82,15 @@ fn header(bytes: &[u8]) -> Result<Header<'_>, String> {
         Ok::<_, String>(String::from_utf8_lossy(line).trim_end_matches('\r').to_owned())
     };
     let mut xyz = false;
-    // EXPOSURE and COLORCORR state what the stored values were multiplied by, and may be repeated.
+    // EXPOSURE and COLORCORR state factors of the stored values, and may be repeated.
     let mut multiplied = [1.0_f32; 3];
     loop {
         let line = line()?;
         if line.is_empty() {
             break;
         }
-        // Commands of the programs that the picture came through, and comments, have no meaning here.
+        // Commands of the programs that the picture came through, and comments, have no meaning
+        // here.
         let Some((key, value)) = line.split_once('=').filter(|_| !line.starts_with('#')) else { continue };
         let numbers: Vec<f32> = value.split_whitespace().map_while(|number| number.parse().ok()).collect();
         match (key.trim(), numbers.as_slice()) {
@@ -146,7 +148,7 @@ impl Resolution {
         if self.rows { (self.length, self.scanlines) } else { (self.scanlines, self.length) }
     }
 
-    /// Place in its scanline, and scanline, of a texel of the picture.
+    /// Column and scanline of a texel of the picture.
     fn stored(self, x: u32, y: u32) -> (u32, u32) {
         let (along, scanline) = if self.rows { (x, y) } else { (y, x) };
         (

@@ -1,4 +1,5 @@
-//! Accessors: typed elements out of buffer views, with strides, normalised integers, sparse parts and implied zeros.
+//! Accessors: typed elements out of buffer views, with strides, normalised integers, sparse parts
+//! and implied zeros.
 
 use gltf::json::accessor::{self, Type};
 
@@ -7,7 +8,7 @@ use super::document::{Accessor, Document, Int, Sparse, get};
 use super::error::{Fault, Result};
 pub(crate) use gltf::json::accessor::ComponentType as Component;
 
-/// What a component type of the JSON says.
+/// The meaning of a component type of the JSON.
 fn component(value: Int, place: &str) -> Result<Component> {
     Ok(match u32::try_from(value.0) {
         Ok(accessor::BYTE) => Component::I8,
@@ -20,7 +21,8 @@ fn component(value: Int, place: &str) -> Result<Component> {
     })
 }
 
-/// An accessor whose type, component type and count are known to make sense; its bytes are not yet looked at.
+/// An accessor whose type, component type and count are known to make sense; its bytes are not yet
+/// read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Typed<'a> {
     json: &'a Accessor,
@@ -31,7 +33,7 @@ pub(crate) struct Typed<'a> {
     pub(crate) width: usize,
     /// Elements.
     pub(crate) count: usize,
-    /// Whether integers stand for fractions.
+    /// Whether integers encode fractions.
     pub(crate) normalized: bool,
 }
 
@@ -42,7 +44,7 @@ impl Typed<'_> {
     }
 }
 
-/// Elements in a buffer, or the zeros that stand where there is no buffer view.
+/// Elements in a buffer, or zeros where there is no buffer view.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
     bytes: Option<&'a [u8]>,
@@ -61,7 +63,7 @@ pub(crate) struct Accessors<'a> {
 }
 
 impl<'a> Accessors<'a> {
-    /// Looks an accessor of vectors up and checks its type; `user` is the object that refers to it.
+    /// Finds an accessor of vectors and checks its type; `user` is the object that refers to it.
     pub(crate) fn typed(&self, index: Int, user: &str) -> Result<Typed<'a>> {
         let typed = self.any(index, user)?;
         match typed.json.kind.as_str() {
@@ -102,7 +104,8 @@ impl<'a> Accessors<'a> {
 
     /// Elements as `f32`, all of them or those in `pick` (indices that must be below `count`).
     ///
-    /// Normalised integers become fractions as glTF 2.0 section 3.11 says: c / max, and for signed ones not below −1.
+    /// Normalised integers become fractions as glTF 2.0 section 3.11 says: c / max, and for signed
+    /// ones not below −1.
     pub(crate) fn floats<const N: usize>(&self, of: &Typed, pick: Option<&[u32]>) -> Result<Vec<[f32; N]>> {
         let place = format!("accessor {}", of.index);
         if of.width != N {
@@ -179,7 +182,7 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// Cuts elements out of a view, refusing what reaches past its end.
+/// Cuts elements out of a view, and refuses ranges past its end.
 fn strided<'v>(
     view: &'v [u8],
     offset: u64,

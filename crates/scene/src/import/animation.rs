@@ -1,4 +1,5 @@
-//! Animations: what properties of nodes, and by KHR_animation_pointer of anything else, are at one moment.
+//! Animations: the values of node properties, and by KHR_animation_pointer of any other property,
+//! at one moment.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -17,7 +18,7 @@ use super::warnings::Warnings;
 use crate::Moment;
 
 /// Elements of a sampler's input or output.
-const MOST_KEYS: usize = 1 << 24;
+const MAX_KEYFRAMES: usize = 1 << 24;
 
 /// An animation of the JSON.
 #[derive(Debug, Deserialize)]
@@ -50,7 +51,7 @@ struct Sampler {
     interpolation: Option<Checked<Interpolation>>,
 }
 
-/// Properties of a node that differ from what the node says.
+/// Properties of a node that replace those of the JSON.
 #[derive(Debug, Default)]
 pub(crate) struct Pose {
     pub(crate) translation: Option<[f64; 3]>,
@@ -62,15 +63,15 @@ pub(crate) struct Pose {
 /// Poses by node; empty at rest.
 pub(crate) type Poses = HashMap<usize, Pose>;
 
-/// What differs at a moment from what the file says.
+/// Animated properties at a moment.
 #[derive(Debug, Default)]
 pub(crate) struct Motion {
     pub(crate) poses: Poses,
-    /// Of what is no property of a node.
+    /// Of objects other than nodes.
     pub(crate) edits: Vec<Edit>,
 }
 
-/// What moves, and where it is at a moment.
+/// Animated properties and their values at a moment.
 pub(crate) fn motion(accessors: &Accessors, moment: &Moment, warnings: &mut Warnings) -> Result<Motion> {
     let animations: Vec<AnimationJson> = match accessors.document.animations.as_deref().map(parse_raw) {
         None => Vec::new(),
@@ -103,7 +104,7 @@ pub(crate) fn motion(accessors: &Accessors, moment: &Moment, warnings: &mut Warn
         let Some((pointer, target)) = reader.target(channel, warnings) else { continue };
         if !moved.insert(pointer.clone()) {
             let pointer = shown(&pointer);
-            warnings.push(format!("{} moves {pointer:?} by two channels; the first one counts.", reader.place));
+            warnings.push(format!("{} moves {pointer:?} by two channels; the first one is used.", reader.place));
             continue;
         }
         reader.read(channel, &pointer, target, warnings)?;
@@ -123,7 +124,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// What a channel moves, also as a JSON pointer; says so when it moves nothing.
+    /// The target of a channel, also as a JSON pointer; warns when there is none.
     fn target(&self, channel: &Channel, warnings: &mut Warnings) -> Option<(String, Animated)> {
         if let Checked::Valid(property) = channel.target.path {
             // A channel without a node is for extensions.
@@ -143,12 +144,12 @@ impl Reader<'_> {
             warnings.push(match (&pointer, channel.target.extensions.has(pointers::NAME)) {
                 (Some(pointer), _) => {
                     let pointer = shown(pointer);
-                    format!("{pointer:?} ({}) is no property that {place} can move; it stands still.", pointers::NAME)
+                    format!("{pointer:?} ({}) is no property that {place} can move; it does not move.", pointers::NAME)
                 }
-                (None, true) => format!("A channel of {place} has an unusable {}; it stands still.", pointers::NAME),
+                (None, true) => format!("A channel of {place} has an unusable {}; it does not move.", pointers::NAME),
                 (None, false) => {
                     format!(
-                        "A channel of {place} moves a property of unknown name, which is not supported; it stands still."
+                        "A channel of {place} moves a property of unknown name, which is not supported; it does not move."
                     )
                 }
             });
@@ -212,7 +213,7 @@ impl Reader<'_> {
                 let Some(numbers) = self.value(sampler, kind, pointer)? else { return Ok(()) };
                 if !numbers.iter().all(|number| number.is_finite()) {
                     let pointer = shown(pointer);
-                    warnings.push(format!("{pointer:?} would not be finite; it stands still."));
+                    warnings.push(format!("{pointer:?} would not be finite; it does not move."));
                     return Ok(());
                 }
                 let value = match (kind, numbers.as_slice()) {
@@ -300,13 +301,13 @@ fn set_weight(weights: &mut [f64], index: usize, value: f64, pointer: &str, warn
         Some(weight) => *weight = value,
         None => {
             let pointer = shown(pointer);
-            warnings.push(format!("{pointer:?} is no weight of the mesh's {count} morph targets; it stands still."));
+            warnings.push(format!("{pointer:?} is no weight of the mesh's {count} morph targets; it does not move."));
         }
     }
 }
 
 /// Two keyframes around a time and how far it is from the first to the second.
-struct Between {
+struct KeyframePair {
     first: usize,
     second: usize,
     /// 0 … 1.
@@ -316,17 +317,17 @@ struct Between {
     keys: usize,
 }
 
-/// An accessor of keyframes: without a view, a number alone could ask for any memory.
+/// An accessor of keyframes: without a view, a count alone could take any amount of memory.
 fn bounded<'a>(accessors: &Accessors<'a>, index: Int, user: &str) -> Result<Typed<'a>> {
     let of = accessors.typed(index, user)?;
-    if of.count > MOST_KEYS {
-        return Err(Fault::too_large(user, format!("has {} elements, and {MOST_KEYS} are allowed", of.count)));
+    if of.count > MAX_KEYFRAMES {
+        return Err(Fault::too_large(user, format!("has {} elements, and {MAX_KEYFRAMES} are allowed", of.count)));
     }
     Ok(of)
 }
 
 /// `None` for a sampler without keyframes.
-fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) -> Result<Option<Between>> {
+fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) -> Result<Option<KeyframePair>> {
     let user = format!("a sampler's input of {place}");
     let of = bounded(accessors, sampler.input, &user)?;
     let times: Vec<f64> =
@@ -335,12 +336,12 @@ fn between(accessors: &Accessors, sampler: &Sampler, seconds: f64, place: &str) 
     if keys == 0 {
         return Ok(None);
     }
-    // Before the first and after the last keyframe the property stands still.
+    // Before the first and after the last keyframe the property keeps their values.
     let after = times.partition_point(|&t| t <= seconds);
     let (first, second) = (after.saturating_sub(1), after.min(keys - 1));
     let span = times[second] - times[first];
     let t = if span > 0.0 { ((seconds - times[first]) / span).clamp(0.0, 1.0) } else { 0.0 };
-    Ok(Some(Between { first, second, t, span, keys }))
+    Ok(Some(KeyframePair { first, second, t, span, keys }))
 }
 
 fn interpolation(sampler: &Sampler, place: &str) -> Result<Interpolation> {
@@ -407,11 +408,11 @@ fn weights(
     Ok(Some(read.iter().map(|values| blend(interpolation, &at, values).x).collect()))
 }
 
-/// For each of `width` values a keyframe: the two values around a time, or for splines value, tangent out, tangent in,
-/// value. Refuses an output that is too short.
+/// For each of `width` values a keyframe: the two values around a time, or for splines value,
+/// tangent out, tangent in, value. Refuses an output that is too short.
 fn reader(
     interpolation: Interpolation,
-    at: &Between,
+    at: &KeyframePair,
     count: usize,
     width: usize,
     place: &str,
@@ -426,7 +427,7 @@ fn reader(
     let index = |key: usize, row: usize, value: usize| ((key * rows + row) * width + value) as u32;
     let pick: Vec<u32> = (0..width)
         .flat_map(|value| match rows {
-            // In-tangent, value, out-tangent stand in this order.
+            // The order is in-tangent, value, out-tangent.
             3 => vec![
                 index(at.first, 1, value),
                 index(at.first, 2, value),
@@ -441,15 +442,15 @@ fn reader(
 }
 
 /// Between two keyframes; glTF 2.0 appendix C.
-fn blend(interpolation: Interpolation, at: &Between, values: &[DVec4]) -> DVec4 {
+fn blend(interpolation: Interpolation, at: &KeyframePair, values: &[DVec4]) -> DVec4 {
     let t = at.t;
     match (interpolation, values) {
-        (Interpolation::CubicSpline, &[from, leave, arrive, to]) => {
+        (Interpolation::CubicSpline, &[from, out_tangent, in_tangent, to]) => {
             let (t2, t3) = (t * t, t * t * t);
             from * (2.0 * t3 - 3.0 * t2 + 1.0)
-                + leave * (at.span * (t3 - 2.0 * t2 + t))
+                + out_tangent * (at.span * (t3 - 2.0 * t2 + t))
                 + to * (3.0 * t2 - 2.0 * t3)
-                + arrive * (at.span * (t3 - t2))
+                + in_tangent * (at.span * (t3 - t2))
         }
         (Interpolation::Linear, &[from, to]) => from.lerp(to, t),
         (_, values) => values.first().copied().unwrap_or(DVec4::ZERO),

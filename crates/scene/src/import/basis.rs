@@ -19,7 +19,8 @@ pub(crate) fn size(file: &[u8], place: &str) -> Result<(u32, u32)> {
 
 /// The largest level of the first image as RGBA; `size` must be within the limits.
 pub(crate) fn decode(file: &[u8], size: (u32, u32), place: &str) -> Result<Vec<u8>> {
-    // Where zstd stands around the blocks, the header says how much to reserve: UASTC takes a byte a pixel.
+    // With zstd around the blocks, the header states how much to reserve: UASTC takes a byte per
+    // pixel.
     let padded = u64::from(size.0).next_multiple_of(4) * u64::from(size.1).next_multiple_of(4);
     let levels = word(file, 40).unwrap_or(0).clamp(1, 32) as usize;
     for level in 0..levels {
@@ -28,7 +29,7 @@ pub(crate) fn decode(file: &[u8], size: (u32, u32), place: &str) -> Result<Vec<u
             return Err(Fault::invalid(place, "is a KTX2 file whose levels do not go with its size"));
         }
     }
-    // The transcoder checks what it reads; should it fail inside on damaged data, that is the file's error and no crash.
+    // The transcoder checks its input; a panic inside on damaged data becomes an error of the file.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let transcoder = Transcoder::new(file)?;
         if transcoder.base_dimensions() != size {

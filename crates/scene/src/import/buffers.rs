@@ -9,7 +9,7 @@ use super::meshopt;
 use super::uri::{self, Folders};
 use crate::LoadOptions;
 
-/// The file's buffers, read when first asked for: an unused one may be missing.
+/// The file's buffers, read on first use: an unused one may be missing.
 #[derive(Debug)]
 pub(crate) struct Buffers<'a> {
     document: &'a Document,
@@ -32,7 +32,8 @@ pub(crate) struct View<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// `bin` is the binary chunk of a .glb; the options bound each buffer's bytes, and those of all decoded views.
+    /// `bin` is the binary chunk of a .glb; the options bound each buffer's bytes, and those of all
+    /// decoded views.
     pub(crate) fn new(
         document: &'a Document,
         folders: &'a Folders<'a>,
@@ -89,19 +90,21 @@ impl<'a> Buffers<'a> {
         Ok(View { bytes, stride })
     }
 
-    /// Takes bytes from those that may still be decoded, for what the accessors do not state.
-    pub(crate) fn reserve(&self, asked: u64, place: &str) -> Result<()> {
-        let within = |left: u64| left.checked_sub(asked);
+    /// Reserves bytes of the limit on decoded data, for sizes that the accessors do not state.
+    pub(crate) fn reserve(&self, bytes_requested: u64, place: &str) -> Result<()> {
+        let within = |left: u64| left.checked_sub(bytes_requested);
         match self.decodable.fetch_update(Ordering::Relaxed, Ordering::Relaxed, within) {
             Ok(_) => Ok(()),
             Err(left) => {
-                let cause = format!("would take {asked} bytes once decoded, and {left} are left of those allowed");
+                let cause =
+                    format!("would take {bytes_requested} bytes once decoded, and {left} are left of those allowed");
                 Err(Fault::too_large(place, cause))
             }
         }
     }
 
-    /// Decodes a view that is compressed with meshopt. The plain copy that a file may have beside it is not needed.
+    /// Decodes a view that is compressed with meshopt. The plain copy that a file may have beside
+    /// it is not needed.
     fn decode(&self, compressed: &meshopt::Compressed, place: &str) -> Result<Vec<u8>> {
         self.reserve(compressed.decoded_bytes(), place)?;
         let stream = self.part(compressed.buffer, compressed.byte_offset, compressed.byte_length, place)?;

@@ -6,12 +6,12 @@ use glam::{DAffine3, DMat3};
 
 use super::document::{CameraJson, Document, get};
 use super::error::Result;
-use super::nodes::{Placed, name_of};
+use super::nodes::{PlacedNode, name_of};
 use super::warnings::Warnings;
 use crate::{Camera, ClipRange, Projection};
 
 /// Cameras of the placed nodes, in the order of the nodes.
-pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnings) -> Result<Vec<Camera>> {
+pub(crate) fn read(document: &Document, placed: &[PlacedNode], warnings: &mut Warnings) -> Result<Vec<Camera>> {
     let mut cameras = Vec::new();
     for placed in placed {
         let node = &document.nodes[placed.node];

@@ -1,10 +1,12 @@
-//! The JSON of a glTF file as Rust types: only what the importer reads, and nothing checked beyond the JSON types.
+//! The JSON of a glTF file as Rust types: only the fields that the importer reads, and nothing
+//! checked beyond the JSON types.
 //!
-//! The crate `gltf` has such types too, but cuts indices to 32 bits without a word, so that `"mesh": 4294967296` becomes
-//! mesh 0, and gives up the whole file for a mistyped optional extension. Here indices keep their 64 bits and extensions
-//! stay JSON text until a reader that knows them asks. What the numbers and names stand for (component types, modes, wrap
-//! modes, interpolations) and the usual .glb do come from `gltf`, whose validator also checks the files of
-//! `surelight-scenes` in tests.
+//! The crate `gltf` has such types too, but truncates indices to 32 bits silently, so that `"mesh":
+//! 4294967296` becomes mesh 0, and gives up the whole file for a mistyped optional extension. Here
+//! indices keep their 64 bits and extensions stay JSON text until a reader that knows them parses
+//! it. The meanings of numbers and names (component types, modes, wrap modes, interpolations) and
+//! the usual .glb do come from `gltf`, whose validator also checks the files of `surelight-scenes`
+//! in tests.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,8 +20,8 @@ use super::error::{Fault, Result};
 use super::json;
 use super::uri;
 
-/// The JSON object `extensions`, by name: each kept as text until a reader that knows it asks. (As a tree of values, a
-/// million nodes with a light each would take gigabytes.)
+/// The JSON object `extensions`, by name: each kept as text until a reader that knows it parses it.
+/// (As a tree of values, a million nodes with a light each would take gigabytes.)
 #[derive(Debug, Default, Clone)]
 pub(crate) struct Extensions(Vec<(Box<str>, Box<RawValue>)>);
 
@@ -47,7 +49,8 @@ impl Extensions {
     }
 }
 
-/// Text of JSON as a type. By way of a tree, since a line and a column inside the fragment would lead nowhere.
+/// Text of JSON as a type. By way of a tree, since a line and a column inside the fragment would
+/// lead nowhere.
 pub(crate) fn parse_raw<T: DeserializeOwned>(raw: &RawValue) -> std::result::Result<T, String> {
     let value: Value = serde_json::from_str(raw.get()).map_err(|e| format!("it {}", json::fault(&e)))?;
     json::read(&value)
@@ -76,12 +79,14 @@ impl<'de> Deserialize<'de> for Extensions {
     }
 }
 
-/// A whole number of the JSON: an index, a count or a constant. Accepts `3.0` for `3`, as some exporters write.
+/// A whole number of the JSON: an index, a count or a constant. Accepts `3.0` for `3`, as some
+/// exporters write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub(crate) struct Int(pub(crate) u64);
 
 impl Int {
-    /// As an index into a `Vec`; one that does not fit the address space is past the end of every `Vec`.
+    /// As an index into a `Vec`; one that does not fit the address space is past the end of every
+    /// `Vec`.
     pub(crate) fn index(self) -> usize {
         usize::try_from(self.0).unwrap_or(usize::MAX)
     }
@@ -155,7 +160,7 @@ pub(crate) struct Document {
 }
 
 impl Document {
-    /// Refuses buffers and images that are files of their own.
+    /// Refuses buffers and images in separate files.
     pub(crate) fn check_self_contained(&self) -> Result<()> {
         let buffers = self.buffers.iter().enumerate().map(|(i, buffer)| ("buffer", i, &buffer.uri));
         let images = self.images.iter().enumerate().map(|(i, image)| ("image", i, &image.uri));
@@ -392,7 +397,8 @@ pub(crate) fn text(json: &[u8]) -> Result<&str> {
     std::str::from_utf8(json).map_err(|e| Fault::Format(format!("its JSON is not UTF-8 (byte {})", e.valid_up_to())))
 }
 
-/// Parses the JSON; an error names the object inside the document, and not only a column of its one long line.
+/// Parses the JSON; an error names the object inside the document, and not only a column of its one
+/// long line.
 pub(crate) fn parse(text: &str) -> Result<Document> {
     serde_json::from_str(text).map_err(|quick| {
         // Only a refused file pays for the second pass that tracks the path.

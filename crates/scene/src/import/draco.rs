@@ -13,8 +13,8 @@ use super::error::{Fault, Result};
 
 pub(crate) const NAME: &str = "KHR_draco_mesh_compression";
 
-/// Vertices, and triangles, that a byte of a stream may unfold to where the accessors state fewer.
-const MAX_ELEMENTS_A_BYTE: u64 = 16;
+/// Vertices, and triangles, that a byte of a stream may expand to where the accessors state fewer.
+const MAX_ELEMENTS_PER_BYTE: u64 = 16;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -31,8 +31,9 @@ pub(crate) struct Decoded {
     place: String,
 }
 
-/// Decodes a primitive that is compressed. What the stream may unfold to is bounded by what the primitive's accessors
-/// state (`vertices` and `corners`), and where that is less, by the stream's own length.
+/// Decodes a primitive that is compressed. The decoded size is bounded by the counts of the
+/// primitive's accessors (`vertices` and `corners`), and where those are less, by the stream's own
+/// length.
 pub(crate) fn decode(
     accessors: &Accessors,
     primitive: &Primitive,
@@ -44,12 +45,12 @@ pub(crate) fn decode(
     let broken = |cause: String| Fault::invalid(place, format!("is compressed with Draco, but {cause}"));
     let json = parsed.map_err(|e| broken(format!("its extension cannot be read: {e}")))?;
     let stream = accessors.buffers.view(json.buffer_view, &format!("{NAME} of {place}"))?.bytes;
-    let by_length = (stream.len() as u64).saturating_mul(MAX_ELEMENTS_A_BYTE);
+    let by_length = (stream.len() as u64).saturating_mul(MAX_ELEMENTS_PER_BYTE);
     let (points, faces) = (by_length.max(vertices as u64), by_length.max(corners as u64 / 3));
     // Values are at most 4 components of 8 bytes while they are decoded.
     let bytes = points.saturating_mul(32 * (json.attributes.len() as u64 + 1)).saturating_add(1 << 16);
     let limits = DecodeLimits::default().with_max_points(points).with_max_faces(faces).with_max_decoded_bytes(bytes);
-    // The decoder checks what it reads; should it fail inside on damaged data, that is the file's error and no crash.
+    // The decoder checks its input; a panic inside on damaged data becomes an error of the file.
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let mut mesh = draco_core::Mesh::new();
         MeshDecoder::new().decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map(|()| mesh)
@@ -77,7 +78,7 @@ impl Decoded {
         self.mesh.num_faces()
     }
 
-    /// Whether the stream has an attribute, so that its accessor has no bytes of its own.
+    /// Whether the stream has an attribute, so that its accessor refers to no bytes.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.attributes.contains_key(name)
     }
@@ -87,7 +88,8 @@ impl Decoded {
         self.mesh.faces().iter().flatten().map(|point| point.0).collect()
     }
 
-    /// The elements of an attribute as the accessor describes them; `None` when it is not in the stream.
+    /// The elements of an attribute as the accessor describes them; `None` when it is not in the
+    /// stream.
     pub(crate) fn floats<const N: usize>(
         &self,
         of: &Typed,

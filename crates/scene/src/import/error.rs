@@ -1,18 +1,19 @@
-//! What can go wrong when a scene or an environment is read.
+//! Errors of reading a scene or an environment.
 
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Why a file was refused: one sentence that names the file, the place in it where that helps, and the cause.
+/// Why a file was refused: one sentence that names the file, the place in it where that helps, and
+/// the cause.
 #[derive(Debug, Error)]
 pub enum LoadError {
     /// A file is missing or cannot be read.
     #[error("cannot read {}: {source}.", path.display())]
     Read {
-        /// The file asked for, or one that it refers to.
+        /// The requested file, or one that it refers to.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The file is no glTF 2.0 at all, or is cut short.
@@ -20,7 +21,7 @@ pub enum LoadError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong with its container, its JSON or its version.
+        /// The defect of its container, its JSON or its version.
         cause: String,
     },
     /// A part of the file breaks glTF's rules in a way that leaves nothing sensible to draw.
@@ -30,7 +31,7 @@ pub enum LoadError {
         path: PathBuf,
         /// The object, by kind and index: for example `accessor 3`.
         place: String,
-        /// What is wrong with it.
+        /// Its defect.
         cause: String,
     },
     /// The file cannot be drawn without an extension that Surelight does not have.
@@ -43,7 +44,7 @@ pub enum LoadError {
         /// How to convert the file, where a way is known; begins with `: ` then.
         remedy: &'static str,
     },
-    /// The file asks for more memory than the limits of [`crate::LoadOptions`] allow.
+    /// The file needs more memory than the limits of [`crate::LoadOptions`] allow.
     #[error("{}: {place} {cause}.", path.display())]
     TooLarge {
         /// The file.
@@ -58,12 +59,12 @@ pub enum LoadError {
     Environment {
         /// The file.
         path: PathBuf,
-        /// What the decoder says.
+        /// The error of the decoder.
         cause: String,
     },
 }
 
-/// What an input/output error means to a user, in words of the path it happened at.
+/// The cause of an input/output error, in terms of the path.
 pub(crate) fn io_cause(error: &std::io::Error) -> String {
     use std::io::ErrorKind as Kind;
     match error.kind() {
@@ -114,7 +115,8 @@ impl Fault {
         Self::invalid(place, cause)
     }
 
-    /// Says on whose behalf an accessor or a buffer was read: `accessor 3 (NORMAL of mesh 0, primitive 1)`.
+    /// Says on whose behalf an accessor or a buffer was read: `accessor 3 (NORMAL of mesh 0,
+    /// primitive 1)`.
     pub(crate) fn used_by(self, user: &str) -> Self {
         match self {
             Self::Invalid { place, cause } if !place.contains('(') => {
@@ -124,7 +126,7 @@ impl Fault {
         }
     }
 
-    /// The error that the caller of [`crate::load`] sees.
+    /// The error that [`crate::load`] returns.
     pub(crate) fn at(self, file: &Path) -> LoadError {
         let scene = file.to_path_buf();
         match self {

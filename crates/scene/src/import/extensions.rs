@@ -1,4 +1,4 @@
-//! Which extensions are followed, and what is said about the others.
+//! The supported extensions, and warnings about the others.
 
 use std::collections::BTreeSet;
 
@@ -44,7 +44,8 @@ const INVISIBLE: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "FB_ngon_encoding"];
 const REMEDIES: &[(&str, &str)] =
     &[("EXT_texture_avif", ": convert its textures, for example with `gltf-transform png in.glb out.glb`")];
 
-/// Lists the extensions that the file names; refuses a required one that is not followed, warns once of each other.
+/// Lists the extensions that the file names; refuses a required one that is not followed, warns
+/// once of each other.
 pub(crate) fn check(document: &Document, warnings: &mut Warnings) -> Result<Vec<ExtensionUse>> {
     let required: BTreeSet<&String> = document.extensions_required.iter().collect();
     let named: BTreeSet<&String> = document.extensions_used.iter().chain(required.iter().copied()).collect();

@@ -56,8 +56,8 @@ pub(crate) fn split<'a>(file: &'a [u8], warnings: &mut Warnings) -> Result<Conta
     }
 }
 
-/// A file of one JSON chunk and at most one binary chunk with nothing around them, which nearly all are. The header's
-/// length must have been checked: `Glb` subtracts from it.
+/// A file of one JSON chunk and at most one binary chunk with nothing around them, which nearly all
+/// are. The header's length must have been checked: `Glb` subtracts from it.
 fn usual(file: &[u8]) -> Option<Container<'_>> {
     let glb = Glb::from_slice(file).ok()?;
     let (Cow::Borrowed(json), bin) = (glb.json, glb.bin) else { return None };
@@ -70,7 +70,8 @@ fn usual(file: &[u8]) -> Option<Container<'_>> {
     (12 + 8 + chunks == file.len()).then_some(Container { json, bin })
 }
 
-/// All other files: chunks of other kinds, several of one kind, chunks cut short; says what is wrong and where.
+/// All other files: chunks of other kinds, several of one kind, chunks cut short; the error states
+/// the defect and its place.
 fn chunks<'a>(file: &'a [u8], warnings: &mut Warnings) -> Result<Container<'a>> {
     let mut json = None;
     let mut bin = None;

@@ -1,7 +1,7 @@
 //! EXT_lights_image_based: the six faces of a scene's cube map, as a map of latitude and longitude.
 //!
-//! Of the light, the sharpest level of the cube map is taken, as radiance; blurred levels and spherical harmonics are
-//! shortcuts for renderers that do not integrate.
+//! Of the light, the sharpest level of the cube map is taken, as radiance; blurred levels and
+//! spherical harmonics are shortcuts for renderers that do not integrate.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ const NAME: &str = "EXT_lights_image_based";
 
 /// Most texels on a side of a face.
 const LARGEST_FACE: u32 = 4096;
-/// What an alpha of 0 in an RGBD image divides by instead.
-const LEAST_ALPHA: f64 = 1.0 / 255.0;
+/// The divisor in place of an alpha of 0 in an RGBD image.
+const MIN_ALPHA: f64 = 1.0 / 255.0;
 
 #[derive(Deserialize)]
 struct SceneLight {
@@ -101,7 +101,7 @@ fn texels(image: &Image) -> Vec<[f32; 3]> {
         })
         .collect();
     let texel = |rgba: &[u8]| {
-        let alpha = (f64::from(rgba[3]) / 255.0).max(LEAST_ALPHA);
+        let alpha = (f64::from(rgba[3]) / 255.0).max(MIN_ALPHA);
         std::array::from_fn(|c| (curve[usize::from(rgba[c])] / alpha) as f32)
     };
     image.rgba.chunks_exact(4).map(texel).collect()
@@ -128,10 +128,10 @@ fn unrolled(faces: &[Vec<[f32; 3]>], size: u32, to_local: DQuat) -> EnvironmentM
     EnvironmentMap { width, height, texels }
 }
 
-/// Which face a direction meets, and where: x to the right and y downwards, both in [0, 1].
+/// The face that a direction hits, and where: x to the right and y downwards, both in [0, 1].
 ///
-/// OpenGL's cube maps are seen mirrored from within; the extension's images are mirrored again, so that each is what a
-/// camera at the origin sees.
+/// OpenGL's cube maps appear mirrored from within; the extension's images are mirrored again, so
+/// that each is the view of a camera at the origin.
 fn face(direction: DVec3) -> (usize, DVec2) {
     let size = direction.abs();
     let (face, major, right, down) = if size.x >= size.y && size.x >= size.z {

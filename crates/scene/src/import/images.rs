@@ -1,4 +1,5 @@
-//! Images: found, decoded once each and in parallel, with limits; a broken one costs a warning and not the picture.
+//! Images: found, decoded once each and in parallel, with limits; a broken one costs a warning and
+//! not the picture.
 
 use std::collections::{BTreeSet, HashMap};
 use std::io::Cursor;
@@ -18,7 +19,7 @@ use crate::{Image, LoadOptions};
 /// All images together may have this many times the pixels of the largest one.
 const TOTAL_FACTOR: u64 = 16;
 
-/// Where the bytes of images come from, and how large they may be.
+/// The sources of image bytes, and limits on image sizes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sources<'a> {
     pub(crate) document: &'a Document,
@@ -111,7 +112,7 @@ fn decode_round<'a>(
             let encoded = encoded?;
             let pixels = encoded.pixels();
             if total + pixels > most {
-                let cause = format!("would bring all images to more than {most} pixels");
+                let cause = format!("would make more than {most} pixels of all images");
                 return Err(Fault::too_large(format!("image {}", encoded.index), cause));
             }
             total += pixels;
@@ -164,7 +165,7 @@ impl Encoded<'_> {
     }
 }
 
-/// Why an image cannot be decoded, without the words of its decoder.
+/// Why an image cannot be decoded, without its decoder's own text.
 fn undecodable(format: ImageFormat, error: &ImageError) -> String {
     let name = match format {
         ImageFormat::Png => "PNG",

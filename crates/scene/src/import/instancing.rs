@@ -17,8 +17,9 @@ struct Json {
     attributes: BTreeMap<String, Int>,
 }
 
-/// Instance to node, one for each instance, in order; `None` when the node has no such extension. More than `most` are
-/// refused before any is read. Attributes with other names (application data) are not looked at.
+/// Instance to node, one for each instance, in order; `None` when the node has no such extension.
+/// More than `most` are refused before any is read. Attributes with other names (application data)
+/// are ignored.
 pub(crate) fn transforms(accessors: &Accessors, node: usize, most: usize) -> Result<Option<Vec<DAffine3>>> {
     let place = format!("node {node}");
     let Some(parsed) = accessors.document.nodes[node].extensions.parse::<Json>(NAME) else {

@@ -1,10 +1,10 @@
-//! What is wrong with a piece of JSON, in the terms of JSON and not of the program that reads it.
+//! Defects of a piece of JSON, in the terms of JSON and not of the program that reads it.
 
 use std::fmt::Display;
 
 use serde::de::DeserializeOwned;
 
-/// A value as a type, or what is wrong with it: `its ior is "1.5", but must be a number`.
+/// A value as a type, or its defect: `its ior is "1.5", but must be a number`.
 pub(crate) fn read<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, String> {
     // Only a refused value pays for the second pass that tracks the path.
     T::deserialize(value).map_err(|quick| match serde_path_to_error::deserialize::<_, T>(value) {
@@ -17,7 +17,7 @@ pub(crate) fn read<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, 
     })
 }
 
-/// What a parser says, as a predicate of the place: `is "3", but must be a whole number (line 2,
+/// A parser's error, as a predicate of the place: `is "3", but must be a whole number (line 2,
 /// column 61)`.
 pub(crate) fn fault(error: &impl Display) -> String {
     let text = error.to_string();
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_in_terms_of_json() {
+    fn faults_are_reported_in_terms_of_json() {
         for (found, text) in [
             (wrong::<Item>(json!({"count": "3"})), "its count is \"3\", but must be a whole number, 0 or above"),
             (wrong::<Item>(json!({"count": 2.5})), "its count is 2.5, but must be a whole number, 0 or above"),

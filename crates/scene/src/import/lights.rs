@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::document::{Document, Int};
 use super::error::Fault;
-use super::nodes::{Placed, name_of};
+use super::nodes::{PlacedNode, name_of};
 use super::warnings::Warnings;
 use crate::{Light, LightKind};
 
@@ -43,7 +43,7 @@ struct SpotJson {
 }
 
 /// Lights of the placed nodes, in the order of the nodes. A broken one is left out with a warning.
-pub(crate) fn read(document: &Document, placed: &[Placed], warnings: &mut Warnings) -> Vec<Light> {
+pub(crate) fn read(document: &Document, placed: &[PlacedNode], warnings: &mut Warnings) -> Vec<Light> {
     let defined = match document.extensions.parse::<RootJson>(NAME) {
         None => Vec::new(),
         Some(Ok(root)) => root.lights,
@@ -92,7 +92,7 @@ fn intensity(json: &LightJson, place: &str, warnings: &mut Warnings) -> [f32; 3]
     json.color.unwrap_or([1.0; 3]).map(|c| (within(c, 1e3, "color") * intensity) as f32)
 }
 
-fn kind(json: &LightJson, placed: &Placed, place: &str, warnings: &mut Warnings) -> Result<LightKind, String> {
+fn kind(json: &LightJson, placed: &PlacedNode, place: &str, warnings: &mut Warnings) -> Result<LightKind, String> {
     let position = placed.to_world.translation;
     if !position.is_finite() {
         return Err(format!("node {} has a transform that is not finite", placed.node));
@@ -113,7 +113,8 @@ fn kind(json: &LightJson, placed: &Placed, place: &str, warnings: &mut Warnings)
                 spot.and_then(|s| s.inner_cone_angle).unwrap_or(0.0),
                 spot.and_then(|s| s.outer_cone_angle).unwrap_or(FRAC_PI_4),
             );
-            // As f32 the inner angle must still be below the outer one: the falloff divides by their cosines' difference.
+            // As f32 the inner angle must still be below the outer one: the falloff divides by
+            // their cosines' difference.
             let outer = stated.1.clamp(1e-3, FRAC_PI_2);
             let inner = stated.0.clamp(0.0, outer * (1.0 - 1e-4));
             if (inner - stated.0).abs() > 1e-3 || (outer - stated.1).abs() > 1e-3 {

@@ -1,34 +1,34 @@
-//! A material between its JSON and its bound textures, and what all readers of its parts need.
+//! A material between its JSON and its bound textures, and helpers for all readers of its parts.
 
 use glam::Affine2;
 use serde::de::DeserializeOwned;
 
 use super::document::{Document, Extensions, TextureInfo};
-use super::textures::{Binder, Lookup, lookup};
+use super::textures::{Binder, TextureLookup, lookup};
 use super::warnings::Warnings;
 use crate::{Material, NormalTexture};
 
 /// A material before its textures are decoded.
 #[derive(Debug, Default)]
-pub(crate) struct Draft {
+pub(crate) struct MaterialDraft {
     /// Everything but the textures.
     pub(crate) material: Material,
-    pub(crate) base_color: Option<Lookup>,
-    pub(crate) metallic_roughness: Option<Lookup>,
-    pub(crate) normal: Option<(Lookup, f32)>,
-    pub(crate) emissive: Option<Lookup>,
-    pub(crate) specular: Option<Lookup>,
-    pub(crate) specular_color: Option<Lookup>,
-    pub(crate) transmission: Option<Lookup>,
+    pub(crate) base_color: Option<TextureLookup>,
+    pub(crate) metallic_roughness: Option<TextureLookup>,
+    pub(crate) normal: Option<(TextureLookup, f32)>,
+    pub(crate) emissive: Option<TextureLookup>,
+    pub(crate) specular: Option<TextureLookup>,
+    pub(crate) specular_color: Option<TextureLookup>,
+    pub(crate) transmission: Option<TextureLookup>,
     /// Of the layers that extensions add.
     pub(crate) layers: LayerLookups,
     /// Glossiness in alpha and its factor: becomes `metallic_roughness`, whose lookup is then none.
-    pub(crate) glossiness: Option<(Lookup, f32)>,
+    pub(crate) glossiness: Option<(TextureLookup, f32)>,
 }
 
-impl Draft {
+impl MaterialDraft {
     /// All texture lookups.
-    pub(crate) fn lookups(&self) -> impl Iterator<Item = &Lookup> {
+    pub(crate) fn lookups(&self) -> impl Iterator<Item = &TextureLookup> {
         [
             &self.base_color,
             &self.metallic_roughness,
@@ -49,8 +49,8 @@ impl Draft {
         self.tangent_space().map_or(looked_up, |(set, _)| looked_up.max(set as usize + 1))
     }
 
-    /// The texture coordinates along which tangents are to run, where the material needs any: those of the normal map, then
-    /// of the other maps that speak of tangents, then the first set.
+    /// The texture coordinates along which tangents are to run, where the material needs any: those
+    /// of the normal map, then of the other maps that need tangents, then the first set.
     pub(crate) fn tangent_space(&self) -> Option<(u32, Option<Affine2>)> {
         let maps = [self.normal.as_ref(), self.layers.clearcoat_normal.as_ref()];
         let map = maps.into_iter().flatten().map(|(lookup, _)| lookup).next();
@@ -84,7 +84,7 @@ impl Draft {
 }
 
 /// A normal map with its texture bound.
-fn bind_normal(map: Option<&(Lookup, f32)>, binder: &mut Binder) -> Option<NormalTexture> {
+fn bind_normal(map: Option<&(TextureLookup, f32)>, binder: &mut Binder) -> Option<NormalTexture> {
     let (lookup, scale) = map?;
     Some(NormalTexture { texture: binder.bind(Some(lookup))?, scale: *scale })
 }
@@ -123,12 +123,12 @@ impl Reader<'_> {
     }
 
     /// A texture lookup, if the material has it and it leads somewhere.
-    pub(crate) fn texture(&mut self, info: Option<&TextureInfo>) -> Option<Lookup> {
+    pub(crate) fn texture(&mut self, info: Option<&TextureInfo>) -> Option<TextureLookup> {
         lookup(self.document, info?, &self.place, self.warnings)
     }
 
     /// The same for a normal map and its strength.
-    pub(crate) fn normal_map(&mut self, info: Option<&TextureInfo>) -> Option<(Lookup, f32)> {
+    pub(crate) fn normal_map(&mut self, info: Option<&TextureInfo>) -> Option<(TextureLookup, f32)> {
         let scale = info?.scale.unwrap_or(1.0).clamp(-1e6, 1e6) as f32;
         self.texture(info).map(|lookup| (lookup, scale))
     }
@@ -137,20 +137,20 @@ impl Reader<'_> {
 /// Textures of the layers before they are decoded.
 #[derive(Debug, Default)]
 pub(crate) struct LayerLookups {
-    pub(crate) clearcoat: Option<Lookup>,
-    pub(crate) clearcoat_roughness: Option<Lookup>,
-    pub(crate) clearcoat_normal: Option<(Lookup, f32)>,
-    pub(crate) sheen_color: Option<Lookup>,
-    pub(crate) sheen_roughness: Option<Lookup>,
-    pub(crate) anisotropy: Option<Lookup>,
-    pub(crate) iridescence: Option<Lookup>,
-    pub(crate) iridescence_thickness: Option<Lookup>,
-    pub(crate) diffuse_transmission: Option<Lookup>,
-    pub(crate) diffuse_transmission_color: Option<Lookup>,
+    pub(crate) clearcoat: Option<TextureLookup>,
+    pub(crate) clearcoat_roughness: Option<TextureLookup>,
+    pub(crate) clearcoat_normal: Option<(TextureLookup, f32)>,
+    pub(crate) sheen_color: Option<TextureLookup>,
+    pub(crate) sheen_roughness: Option<TextureLookup>,
+    pub(crate) anisotropy: Option<TextureLookup>,
+    pub(crate) iridescence: Option<TextureLookup>,
+    pub(crate) iridescence_thickness: Option<TextureLookup>,
+    pub(crate) diffuse_transmission: Option<TextureLookup>,
+    pub(crate) diffuse_transmission_color: Option<TextureLookup>,
 }
 
 impl LayerLookups {
-    pub(crate) fn lookups(&self) -> impl Iterator<Item = &Lookup> {
+    pub(crate) fn lookups(&self) -> impl Iterator<Item = &TextureLookup> {
         [
             &self.clearcoat,
             &self.clearcoat_roughness,
@@ -182,7 +182,7 @@ impl LayerLookups {
     }
 }
 
-/// An extension's object as a type; a mistyped one is a warning and counts as absent.
+/// An extension's object as a type; a mistyped one is ignored with a warning.
 pub(crate) fn parse<T: DeserializeOwned>(extensions: &Extensions, name: &str, reader: &mut Reader) -> Option<T> {
     match extensions.parse(name)? {
         Ok(value) => Some(value),

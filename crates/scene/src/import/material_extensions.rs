@@ -3,12 +3,12 @@
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_draft::{Draft, Reader, parse};
+use super::material_draft::{MaterialDraft, Reader, parse};
 use super::specular_glossiness;
 use crate::Volume;
 
 /// Radiance beyond this is no physical light, and its square would leave the range of `f32`.
-const MOST_EMISSIVE: f32 = 1e18;
+const MAX_EMISSION: f32 = 1e18;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -45,18 +45,18 @@ struct VolumeJson {
     attenuation_color: Option<[f64; 3]>,
 }
 
-/// Adds what the extensions of a material say to its draft.
-pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
+/// Adds the extensions of a material to its draft.
+pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let extensions = &json.extensions;
     let material = &mut draft.material;
     material.unlit = extensions.has("KHR_materials_unlit");
 
     if let Some(json) = parse::<EmissiveStrength>(extensions, "KHR_materials_emissive_strength", reader) {
-        let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MOST_EMISSIVE, "emissiveStrength");
+        let strength = reader.factor(json.emissive_strength, 1.0, 0.0, MAX_EMISSION, "emissiveStrength");
         material.emissive = material.emissive.map(|factor| factor * strength);
     }
     if extensions.has(specular_glossiness::NAME) {
-        // The two describe one thing in different ways, and are not to stand together.
+        // The two describe one thing in different ways and exclude each other.
         return;
     }
     if let Some(json) = parse::<Ior>(extensions, "KHR_materials_ior", reader) {
@@ -81,8 +81,9 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) 
     }
 }
 
-/// A thickness of 0 is a thin wall. Any other says only that the mesh encloses a volume: its geometry is what a path
-/// crosses, and the thickness texture with it. The attenuation distance is in world units, whatever the node's scale.
+/// A thickness of 0 is a thin wall. Any other value states only that the mesh encloses a volume:
+/// paths cross its geometry, and the thickness texture has no effect. The attenuation distance is
+/// in world units, whatever the node's scale.
 fn volume(json: &VolumeJson, reader: &mut Reader) -> Option<Volume> {
     let thickness = reader.factor(json.thickness_factor, 0.0, 0.0, f32::MAX, "thicknessFactor");
     let attenuation_color = reader.factors(json.attenuation_color, [1.0; 3], 1.0, "attenuationColor");

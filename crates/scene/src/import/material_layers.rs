@@ -1,14 +1,15 @@
-//! Material extensions that add layers and lobes: clearcoat, sheen, anisotropy, iridescence, dispersion, diffuse_transmission.
+//! Material extensions that add layers and lobes: clearcoat, sheen, anisotropy, iridescence,
+//! dispersion, diffuse_transmission.
 
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_draft::{Draft, Reader, parse};
+use super::material_draft::{MaterialDraft, Reader, parse};
 use super::specular_glossiness;
 use crate::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen};
 
 /// Films thicker than this show no colours, and phases would lose their digits.
-const MOST_NANOMETRES: f32 = 1e6;
+const MAX_NANOMETRES: f32 = 1e6;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -62,8 +63,9 @@ struct DiffuseTransmissionJson {
     diffuse_transmission_color_texture: Option<TextureInfo>,
 }
 
-/// Adds the layers of a material to its draft. They are not to stand beside specular-glossiness, whose texts exclude them.
-pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
+/// Adds the layers of a material to its draft. They are excluded beside specular-glossiness, as its
+/// specification demands.
+pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let extensions = &json.extensions;
     if extensions.has(specular_glossiness::NAME) {
         return;
@@ -99,7 +101,7 @@ pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) 
     }
     if let Some(json) = parse::<IridescenceJson>(extensions, "KHR_materials_iridescence", reader) {
         let default = Iridescence::default();
-        let mut thickness = |value, default, name| reader.factor(value, default, 0.0, MOST_NANOMETRES, name);
+        let mut thickness = |value, default, name| reader.factor(value, default, 0.0, MAX_NANOMETRES, name);
         let minimum =
             thickness(json.iridescence_thickness_minimum, default.thickness_minimum, "iridescenceThicknessMinimum");
         let maximum =

@@ -1,15 +1,16 @@
-//! Materials: the core metallic-roughness model; [`super::material_extensions`] and [`super::material_layers`] add the rest.
+//! Materials: the core metallic-roughness model; [`super::material_extensions`] and
+//! [`super::material_layers`] add the rest.
 
 use super::document::{Document, Int, MaterialJson};
-use super::material_draft::{Draft, Reader};
+use super::material_draft::{MaterialDraft, Reader};
 use super::warnings::Warnings;
 use super::{material_extensions, material_layers, specular_glossiness};
 use crate::{AlphaMode, Material};
 
 /// Reads material `index`, which must be in range.
-pub(crate) fn read(document: &Document, index: usize, warnings: &mut Warnings) -> Draft {
+pub(crate) fn read(document: &Document, index: usize, warnings: &mut Warnings) -> MaterialDraft {
     let Some(json) = document.materials.get(index) else {
-        return Draft::default();
+        return MaterialDraft::default();
     };
     let place = match &json.name {
         Some(name) => format!("material {index} ({name:?})"),
@@ -23,7 +24,7 @@ pub(crate) fn read(document: &Document, index: usize, warnings: &mut Warnings) -
     draft
 }
 
-fn core(json: &MaterialJson, reader: &mut Reader) -> Draft {
+fn core(json: &MaterialJson, reader: &mut Reader) -> MaterialDraft {
     let pbr = &json.pbr_metallic_roughness;
     let material = Material {
         name: json.name.clone().unwrap_or_default(),
@@ -35,13 +36,13 @@ fn core(json: &MaterialJson, reader: &mut Reader) -> Draft {
         double_sided: json.double_sided,
         ..Material::default()
     };
-    Draft {
+    MaterialDraft {
         base_color: reader.texture(pbr.base_color_texture.as_ref()),
         metallic_roughness: reader.texture(pbr.metallic_roughness_texture.as_ref()),
         normal: reader.normal_map(json.normal_texture.as_ref()),
         emissive: reader.texture(json.emissive_texture.as_ref()),
         material,
-        ..Draft::default()
+        ..MaterialDraft::default()
     }
 }
 
@@ -59,7 +60,8 @@ fn alpha_mode(json: &MaterialJson, reader: &mut Reader) -> AlphaMode {
     }
 }
 
-/// The index of a primitive's material, or `None` for the default one; an index out of range is a warning.
+/// The index of a primitive's material, or `None` for the default one; an index out of range is a
+/// warning.
 pub(crate) fn index_of(
     document: &Document,
     material: Option<Int>,

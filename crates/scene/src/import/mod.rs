@@ -1,11 +1,12 @@
 //! The glTF 2.0 importer.
 //!
-//! [`load`] goes once through the file: container and JSON ([`glb`], [`document`]), extensions ([`extensions`]), the node
-//! hierarchy ([`nodes`]), then, in parallel, images ([`images`]) and primitives ([`primitives`], over [`accessor`] and
-//! [`buffers`]); last, what is not closed loses its volume ([`open_volumes`]). An animation is applied first: to nodes as
-//! poses ([`animation`]), to anything else in the JSON, which is then parsed anew ([`pointers`]). Nothing is trusted: every
-//! index, offset and count is checked where it is used, and what can be done without (textures, lights, factors out of
-//! range) costs a warning and not the picture.
+//! [`load`] goes once through the file: container and JSON ([`glb`], [`document`]), extensions
+//! ([`extensions`]), the node hierarchy ([`nodes`]), then, in parallel, images ([`images`]) and
+//! primitives ([`primitives`], over [`accessor`] and [`buffers`]); last, meshes that are not closed
+//! lose their volume ([`open_volumes`]). An animation is applied first: to nodes as poses
+//! ([`animation`]), to anything else in the JSON, which is then parsed again ([`pointers`]).
+//! Nothing is trusted: every index, offset and count is checked where it is used, and optional
+//! parts (textures, lights, factors out of range) are left out with a warning.
 
 mod accessor;
 mod animation;
@@ -55,24 +56,26 @@ use self::uri::Folders;
 use self::warnings::Warnings;
 use crate::Scene;
 
-/// What to load of a file, and how much memory it may ask for.
+/// The part of a file to load, and limits on memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Index of the scene to show; `None` takes the file's default, else its first.
     pub scene: Option<usize>,
-    /// Name of the material variant to show (or its index, when none has that name); `None` keeps the file's own materials.
+    /// Name of the material variant to show (or its index, when none has that name); `None` keeps
+    /// the file's own materials.
     pub variant: Option<String>,
     /// The moment of an animation to show; `None` shows the file at rest.
     pub animation: Option<Moment>,
-    /// Folders outside the scene's own that buffers and images may lie in, at any depth; a URI that leads elsewhere, be it
-    /// by a link, is refused. Folders that do not exist hold nothing.
+    /// Folders outside the scene's own that buffers and images may lie in, at any depth; a URI that
+    /// leads elsewhere, be it by a link, is refused. Folders that do not exist hold nothing.
     pub allow_outside: Vec<PathBuf>,
-    /// Most pixels of one image; a larger one is left out with a warning. All images together may have 16 times as many.
+    /// Most pixels of one image; a larger one is left out with a warning. All images together may
+    /// have 16 times as many.
     pub max_image_pixels: u64,
     /// Most bytes of the scene file, and of each file or data URI that it refers to.
     pub max_buffer_bytes: u64,
-    /// Bytes of vertices and triangles that any file may ask for. A file whose own buffers are larger than an eighth of
-    /// this may ask for eight times its buffers.
+    /// Bytes of vertices and triangles that any file may take. A file whose own buffers are larger
+    /// than an eighth of this may take eight times its buffers.
     pub max_geometry_bytes: u64,
     /// Most placed meshes.
     pub max_instances: usize,
@@ -86,7 +89,8 @@ pub struct LoadOptions {
 pub struct Moment {
     /// Name of the animation (or its index, when none has that name).
     pub animation: String,
-    /// Seconds from its start; before its first and after its last keyframe a property stands still.
+    /// Seconds from its start; before its first and after its last keyframe a property keeps their
+    /// values.
     pub seconds: f64,
 }
 
@@ -109,14 +113,16 @@ impl Default for LoadOptions {
 /// Loads a .glb or .gltf file with everything it refers to.
 ///
 /// # Errors
-/// When the file or a buffer of it cannot be read, is no glTF 2.0, requires an unknown extension, breaks rules that leave
-/// nothing sensible to draw (accessors and indices out of range, node cycles), or asks for more than `options` allow.
-/// Everything that can be done without ends up in [`Scene::warnings`] instead.
+/// When the file or a buffer of it cannot be read, is no glTF 2.0, requires an unknown extension,
+/// breaks rules that leave nothing sensible to draw (accessors and indices out of range, node
+/// cycles), or needs more than `options` allow. Defects of optional parts are reported in
+/// [`Scene::warnings`] instead.
 pub fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, LoadError> {
     load_bytes(&read_file(path, options.max_buffer_bytes)?, path, options)
 }
 
-/// Loads a .glb or .gltf file that is in memory already; `path` names it in messages, and URIs are relative to its folder.
+/// Loads a .glb or .gltf file that is in memory already; `path` names it in messages, and URIs are
+/// relative to its folder.
 ///
 /// # Errors
 /// See [`load`].
@@ -140,7 +146,7 @@ fn read(file: &[u8], path: &Path, options: &LoadOptions) -> Result<Scene> {
     }
     let extensions = extensions::check(&document, &mut warnings)?;
 
-    // A bare file name has an empty parent, which no file system knows.
+    // A bare file name has an empty parent, which is no path to a file system.
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folders = Folders::new(folder, &options.allow_outside);
     let buffers = Buffers::new(&document, &folders, container.bin, options);

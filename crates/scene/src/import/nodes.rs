@@ -1,4 +1,4 @@
-//! The node hierarchy: checked to be a forest, then walked without recursion, in f64.
+//! The node hierarchy: checked to be a forest, then traversed without recursion, in f64.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use serde::Deserialize;
@@ -8,14 +8,14 @@ use super::document::{Document, Int, Node};
 use super::error::{Fault, Result};
 use super::warnings::Warnings;
 
-/// A node of the chosen scene and where it stands.
+/// A node of the chosen scene and its transform.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedNode {
     /// glTF node index.
     pub(crate) node: usize,
     /// Node to world.
     pub(crate) to_world: DAffine3,
-    /// Whether what hangs on it shows: meshes and lights, but not cameras (KHR_node_visibility).
+    /// Whether its meshes and lights are visible; cameras always are (KHR_node_visibility).
     pub(crate) visible: bool,
 }
 
@@ -23,11 +23,11 @@ const VISIBILITY: &str = "KHR_node_visibility";
 
 #[derive(Deserialize)]
 struct Visibility {
-    #[serde(default = "yes")]
+    #[serde(default = "default_true")]
     visible: bool,
 }
 
-fn yes() -> bool {
+fn default_true() -> bool {
     true
 }
 
@@ -39,18 +39,19 @@ pub(crate) fn place(
     wanted: Option<usize>,
     poses: &Poses,
     warnings: &mut Warnings,
-) -> Result<Vec<Placed>> {
+) -> Result<Vec<PlacedNode>> {
     let parents = parents(document)?;
     let roots = roots(document, wanted, &parents, warnings)?;
     let mut placed = Vec::new();
     let mut stack: Vec<_> = roots.iter().rev().map(|&root| (root, DAffine3::IDENTITY, true)).collect();
-    // Every node has at most one parent and roots have none, so nothing is met twice and the walk ends.
+    // Every node has at most one parent and roots have none, so nothing is visited twice and the
+    // traversal ends.
     while let Some((index, parent, shown)) = stack.pop() {
         let node = &document.nodes[index];
         let to_world = parent * local(node, index, poses.get(&index), warnings);
         let visible = shown && is_visible(node, index, warnings);
         if node.mesh.is_some() || node.camera.is_some() || !node.extensions.is_empty() {
-            placed.push(Placed { node: index, to_world, visible });
+            placed.push(PlacedNode { node: index, to_world, visible });
         }
         stack.extend(node.children.iter().rev().map(|child| (child.index(), to_world, visible)));
     }
@@ -58,11 +59,11 @@ pub(crate) fn place(
     Ok(placed)
 }
 
-/// Where every node stands, in the chosen scene or not: joints may be anywhere.
+/// The world transform of every node, in the chosen scene or not: joints may be anywhere.
 #[derive(Debug)]
-pub(crate) struct Worlds(Vec<DAffine3>);
+pub(crate) struct WorldTransforms(Vec<DAffine3>);
 
-impl Worlds {
+impl WorldTransforms {
     /// The hierarchy must have been found to be a forest by [`place`].
     pub(crate) fn new(document: &Document, poses: &Poses) -> Self {
         let nodes = &document.nodes;
@@ -74,7 +75,7 @@ impl Worlds {
         }
         let mut worlds = vec![DAffine3::IDENTITY; nodes.len()];
         let mut stack: Vec<usize> = (0..nodes.len()).filter(|&i| !is_child[i]).collect();
-        // What is odd has been told when the nodes were placed, or is not shown.
+        // Defects were reported when the nodes were placed, or are of nodes that are not shown.
         let mut untold = Warnings::default();
         while let Some(index) = stack.pop() {
             let node = &nodes[index];
@@ -144,7 +145,8 @@ fn is_visible(node: &Node, index: usize, warnings: &mut Warnings) -> bool {
     }
 }
 
-/// The scene that is shown: the one that is asked for, the default one, the first; there may be none of that number.
+/// The scene that is shown: the requested one, the default one, the first; the number may name
+/// none.
 pub(crate) fn chosen(document: &Document, wanted: Option<usize>) -> Option<usize> {
     let first = (!document.scenes.is_empty()).then_some(0);
     wanted.or(document.scene.map(Int::index)).or(first)
@@ -190,7 +192,8 @@ fn roots(
 fn local(node: &Node, index: usize, pose: Option<&Pose>, warnings: &mut Warnings) -> DAffine3 {
     let moved = |pose: &&Pose| pose.translation.is_some() || pose.rotation.is_some() || pose.scale.is_some();
     let pose = pose.filter(moved);
-    // A node that is animated has no matrix, or should not have: what moves it stands in its place.
+    // A node that is animated has no matrix, or should not have: the animated properties replace
+    // it.
     if let (Some(m), None) = (&node.matrix, pose) {
         let m = DMat4::from_cols_array(m);
         if m.row(3) != glam::DVec4::W {
@@ -213,13 +216,13 @@ fn local(node: &Node, index: usize, pose: Option<&Pose>, warnings: &mut Warnings
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 
-/// The name of a node, or of what hangs on it, or nothing.
+/// The name of a node, or of its mesh, camera or light, or nothing.
 pub(crate) fn name_of(node: &Node, own: Option<&String>) -> String {
     node.name.as_ref().or(own).cloned().unwrap_or_default()
 }
 
 /// Whether a placement can show anything: finite, and not shrunk to a point.
-pub(crate) fn drawable(placed: &Placed, warnings: &mut Warnings) -> bool {
+pub(crate) fn drawable(placed: &PlacedNode, warnings: &mut Warnings) -> bool {
     if !placed.to_world.is_finite() {
         warnings.push(format!("Node {} is not shown: its transform is not finite.", placed.node));
         return false;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// What [`normalise`] found.
+/// The result of [`normalise`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Repair {
     /// All could be normalised.
@@ -13,8 +13,8 @@ pub(crate) enum Repair {
     All,
 }
 
-/// Makes every normal a unit vector. Zero and non-finite ones are replaced by the area-weighted mean of the triangles
-/// around the vertex.
+/// Makes every normal a unit vector. Zero and non-finite ones are replaced by the area-weighted
+/// mean of the triangles around the vertex.
 pub(crate) fn normalise(normals: &mut [Vec3], positions: &[Vec3], triangles: &[[u32; 3]]) -> Repair {
     let mut bad = 0;
     for normal in normals.iter_mut() {

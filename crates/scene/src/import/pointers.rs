@@ -1,7 +1,7 @@
-//! KHR_animation_pointer: what of a file may move, and a file in which it has moved.
+//! KHR_animation_pointer: the properties that may be animated, and the document with their values.
 //!
-//! Values are put into the JSON before anything is read, so that every reader sees them. Only the objects that change become
-//! trees of values; the rest of the text is copied.
+//! Values are put into the JSON before anything is read, so that every reader sees them. Only the
+//! objects that change become trees of values; the rest of the text is copied.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,8 @@ use super::warnings::Warnings;
 
 pub(crate) const NAME: &str = "KHR_animation_pointer";
 
-/// Objects whose members all have defaults: a file may leave them out, and still animate what would be in them.
+/// Objects whose members all have defaults: a file may leave them out, and still animate their
+/// members.
 const OPTIONAL: [&str; 2] = ["pbrMetallicRoughness", "spot"];
 
 #[derive(Deserialize)]
@@ -84,7 +85,7 @@ fn index(token: &str) -> Option<usize> {
     digits.then(|| token.parse().ok()).flatten()
 }
 
-/// What a pointer leads to; `None` for what may not be animated.
+/// The property that a pointer names; `None` where it may not be animated.
 pub(crate) fn target(tokens: &[String]) -> Option<Target> {
     let tokens: Vec<&str> = tokens.iter().map(String::as_str).collect();
     let json = |kind| Some(Target::Json(kind));
@@ -193,7 +194,7 @@ pub(crate) struct Edit {
     pub(crate) value: Value,
 }
 
-/// The text of a document with these values in it. What leads nowhere is left out with a warning.
+/// The text of a document with these values in it. Pointers to nothing are ignored with a warning.
 pub(crate) fn apply(text: &str, edits: Vec<Edit>, warnings: &mut Warnings) -> Result<String> {
     let broken = |e: serde_json::Error| Fault::Format(format!("its JSON cannot be parsed: {e}"));
     let mut members: BTreeMap<String, Edited> = BTreeMap::new();
@@ -226,7 +227,7 @@ enum Edited {
 
 impl Edited {
     fn set(&mut self, path: &[String], value: Value) -> std::result::Result<(), String> {
-        let unreadable = |e: serde_json::Error| format!("what is there {}", super::json::fault(&e));
+        let unreadable = |e: serde_json::Error| format!("the value {}", super::json::fault(&e));
         if let Self::Text(text) = self {
             *self = if text.starts_with('[') {
                 let elements: Vec<&RawValue> = serde_json::from_str(text).map_err(unreadable)?;

@@ -8,7 +8,7 @@ use super::accessor::{Accessors, Component, Typed};
 use super::document::{Int, Primitive, get};
 use super::draco;
 use super::error::{Fault, Result};
-use super::material_draft::Draft;
+use super::material_draft::MaterialDraft;
 use super::normals::{self, Repair};
 use super::skins::{self, Influences, Skin};
 use super::tangents;
@@ -17,21 +17,22 @@ use super::warnings::{Warnings, count_of};
 use crate::Mesh;
 
 /// Texture coordinates beyond this are no coordinates: f32 has no fraction left there.
-const MOST_UV: f32 = 1e9;
+const MAX_UV: f32 = 1e9;
 
 /// Sets of four joints that a vertex may have.
-const MOST_JOINT_SETS: usize = 4;
+const MAX_JOINT_SETS: usize = 4;
 
 type Triangles = Vec<[u32; 3]>;
 
-/// What moves the vertices of a primitive.
+/// The morph targets and the skin of a primitive.
 pub(crate) struct Deformation<'a> {
     /// Of its morph targets, in order; those left out are 0.
     pub(crate) weights: &'a [f32],
     pub(crate) skin: Option<&'a Skin>,
 }
 
-/// A primitive with area whose accessors exist and have sensible types; no vertex has been read yet.
+/// A primitive with area whose accessors exist and have sensible types; no vertex has been read
+/// yet.
 #[derive(Debug)]
 pub(crate) struct Plan<'a> {
     json: &'a Primitive,
@@ -47,7 +48,7 @@ pub(crate) struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Checks a primitive; `None` when it has nothing that a path tracer could show.
+    /// Checks a primitive; `None` when it has no area.
     pub(crate) fn new(
         accessors: &Accessors<'a>,
         mesh: usize,
@@ -83,8 +84,8 @@ impl<'a> Plan<'a> {
         Ok(Some(Self { json, place, mode, positions, count, indices, corners }))
     }
 
-    /// Bytes that reading takes at most, so that a small file cannot ask for all memory.
-    pub(crate) fn bytes(&self, draft: &Draft) -> u64 {
+    /// Bytes that reading takes at most, so that a small file cannot exhaust the memory.
+    pub(crate) fn bytes(&self, draft: &MaterialDraft) -> u64 {
         let corners = self.corners as u64;
         let triangles = self.mode.triangles_of(corners as usize) as u64;
         let picked = self.count as u64;
@@ -103,11 +104,12 @@ impl<'a> Plan<'a> {
             + tangents
     }
 
-    /// Reads the vertices and triangles that `draft`'s material needs; `material` is that material's index in the scene.
+    /// Reads the vertices and triangles that `draft`'s material needs; `material` is that
+    /// material's index in the scene.
     pub(crate) fn read(
         &self,
         accessors: &Accessors,
-        draft: &Draft,
+        draft: &MaterialDraft,
         material: usize,
         deformation: &Deformation,
     ) -> Result<(Mesh, Warnings)> {
@@ -115,7 +117,7 @@ impl<'a> Plan<'a> {
         let draco = draco::decode(accessors, self.json, self.count, self.corners, &self.place)?;
         let unfolded = draco.as_ref().map(|draco| self.with_counts_of(draco, &mut warnings)).transpose()?;
         let plan = unfolded.as_ref().unwrap_or(self);
-        // What the check of all sizes did not know of.
+        // Bytes beyond those of the check of all sizes.
         let beyond = plan.bytes(draft).saturating_sub(self.bytes(draft));
         accessors.buffers.reserve(beyond, &self.place)?;
         let (triangles, pick) = plan.triangles(accessors, draco.as_ref(), &mut warnings)?;
@@ -138,8 +140,8 @@ impl<'a> Plan<'a> {
         Ok((mesh, warnings))
     }
 
-    /// The plan with the counts of its Draco stream, which hold where the accessors state others:
-    /// encoders split vertices.
+    /// The plan with the counts of its Draco stream, which take precedence over those of the
+    /// accessors: encoders split vertices.
     fn with_counts_of(&self, draco: &draco::Decoded, warnings: &mut Warnings) -> Result<Self> {
         let (count, triangles) = (draco.vertices(), draco.triangles());
         let place = &self.place;
@@ -166,7 +168,7 @@ impl<'a> Plan<'a> {
         Ok(Self { count, corners: 3 * triangles, place: place.clone(), ..*self })
     }
 
-    /// The triangles, and which of the file's vertices they use when that is worth a selection.
+    /// The triangles, and which of the file's vertices they use when a selection pays.
     fn triangles(
         &self,
         accessors: &Accessors,
@@ -222,7 +224,7 @@ impl Vertices<'_> {
         };
         let typed = self.accessors.typed(index, &user(name, &self.plan.place))?;
         let place = || format!("accessor {} ({})", index.index(), user(name, &self.plan.place));
-        // The counts of what is in a Draco stream are the stream's.
+        // Data of a Draco stream has the stream's counts.
         if typed.count != self.plan.count && !self.draco.is_some_and(|draco| draco.has(name)) {
             let cause = format!("has {} elements, but POSITION has {}", typed.count, self.plan.count);
             return Err(Fault::invalid(place(), cause));
@@ -240,7 +242,8 @@ impl Vertices<'_> {
         self.accessors.floats(of, self.pick).map_err(|f| f.used_by(&user(name, &self.plan.place)))
     }
 
-    /// Components that positions and texture coordinates may have; integers by KHR_mesh_quantization alone.
+    /// Components that positions and texture coordinates may have; integers by
+    /// KHR_mesh_quantization alone.
     fn is_length(&self, typed: &Typed) -> bool {
         let short = !matches!(typed.component, Component::U32 | Component::F32);
         typed.component == Component::F32 || short && self.accessors.quantized
@@ -252,7 +255,7 @@ impl Vertices<'_> {
         typed.component == Component::F32 || signed && self.accessors.quantized
     }
 
-    /// The same for what a morph target adds to them, which need not be below 1.
+    /// The same for the displacements of a morph target, which need not be below 1.
     fn is_signed(&self, typed: &Typed) -> bool {
         let signed = matches!(typed.component, Component::I8 | Component::I16);
         typed.component == Component::F32 || signed && self.accessors.quantized
@@ -308,7 +311,7 @@ impl Vertices<'_> {
                 let mut bad = 0;
                 for uv in &mut uvs {
                     // NaN is not less than anything.
-                    if !uv.abs().cmplt(Vec2::splat(MOST_UV)).all() {
+                    if !uv.abs().cmplt(Vec2::splat(MAX_UV)).all() {
                         *uv = Vec2::ZERO;
                         bad += 1;
                     }
@@ -353,7 +356,7 @@ impl Vertices<'_> {
         }
     }
 
-    /// What a morph target adds to an attribute.
+    /// The displacements of an attribute by a morph target.
     fn differences(
         &self,
         target: &BTreeMap<String, Int>,
@@ -376,7 +379,7 @@ impl Vertices<'_> {
             |t: &Typed| t.width == 4 && matches!(t.component, Component::U8 | Component::U16) && !t.normalized;
         let is_weight = |t: &Typed| t.width == 4 && is_fraction(t);
         let mut sets = Vec::new();
-        for set in 0..MOST_JOINT_SETS {
+        for set in 0..MAX_JOINT_SETS {
             let names = [format!("JOINTS_{set}"), format!("WEIGHTS_{set}")];
             let joints = self.typed(&names[0], is_joint, "a VEC4 of unsigned bytes or shorts")?;
             let weights = self.typed(&names[1], is_weight, "a VEC4 of floats or normalised unsigned integers")?;

@@ -1,4 +1,5 @@
-//! Everything with a surface: which meshes and materials the placed nodes need, read in parallel and joined.
+//! Everything with a surface: which meshes and materials the placed nodes need, read in parallel
+//! and joined.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -12,9 +13,9 @@ use super::draco;
 use super::error::{Fault, Result};
 use super::images::{self, Sources};
 use super::instancing;
-use super::material_draft::Draft;
+use super::material_draft::MaterialDraft;
 use super::materials;
-use super::nodes::{self, Placed, Worlds};
+use super::nodes::{self, PlacedNode, WorldTransforms};
 use super::open_volumes::{self, Shape};
 use super::primitives::{Deformation, Plan};
 use super::skins::{self, Skin};
@@ -28,34 +29,35 @@ pub(crate) fn read(
     scene: &mut Scene,
     accessors: &Accessors,
     sources: Sources,
-    placed: &[Placed],
+    placed: &[PlacedNode],
     poses: &Poses,
     warnings: &mut Warnings,
 ) -> Result<()> {
     let document = accessors.document;
     let variant = variants::choose(document, sources.options.variant.as_deref())?;
-    let looks = looks(document, placed, poses)?;
-    let skins = skins(accessors, &looks, poses, warnings)?;
+    let posed_meshes = posed_meshes(document, placed, poses)?;
+    let skins = skins(accessors, &posed_meshes, poses, warnings)?;
     let mut plans = Vec::new();
-    // Which plans make up a look of a glTF mesh. Primitives with the same accessors and material are read once, whatever mesh they
-    // are in: some exporters write a mesh anew for every place.
-    let mut plans_of: HashMap<&Look, Vec<usize>> = HashMap::new();
+    // The plans of a posed glTF mesh. Primitives with the same accessors and material are read
+    // once, whatever mesh they are in: some exporters repeat a mesh for every place.
+    let mut plans_of: HashMap<&PosedMesh, Vec<usize>> = HashMap::new();
     let mut known = HashMap::new();
-    for look in looks.values().collect::<BTreeSet<_>>() {
-        let mesh = look.mesh;
+    for posed in posed_meshes.values().collect::<BTreeSet<_>>() {
+        let mesh = posed.mesh;
         for (index, json) in document.meshes[mesh].primitives.iter().enumerate() {
             let Some(plan) = Plan::new(accessors, mesh, index, warnings)? else { continue };
             let place = format!("mesh {mesh}, primitive {index}");
             let material = variants::material(json, variant, &place, warnings);
             let material = materials::index_of(document, material, &place, warnings);
             let draco = json.extensions.has(draco::NAME).then_some((mesh, index));
-            let targets = (!look.weights.is_empty()).then_some(&json.targets);
-            let key = (&json.attributes, json.indices, json.mode, material, draco, (targets, &look.weights, look.skin));
+            let targets = (!posed.weights.is_empty()).then_some(&json.targets);
+            let key =
+                (&json.attributes, json.indices, json.mode, material, draco, (targets, &posed.weights, posed.skin));
             let plan_index = *known.entry(key).or_insert(plans.len());
             if plan_index == plans.len() {
-                plans.push(Job { look, material, plan });
+                plans.push(Job { posed, material, plan });
             }
-            plans_of.entry(look).or_default().push(plan_index);
+            plans_of.entry(posed).or_default().push(plan_index);
         }
     }
 
@@ -68,12 +70,12 @@ pub(crate) fn read(
     }
     let default_slot = drafts.len();
     if plans.iter().any(|job| job.material.is_none()) {
-        drafts.push(Draft::default());
+        drafts.push(MaterialDraft::default());
     }
     let slot_of = |material: Option<usize>| material.and_then(|m| slots.get(&m).copied()).unwrap_or(default_slot);
 
     check_geometry_size(&plans, &drafts, slot_of, accessors, sources)?;
-    let wanted = textures::images_of(document, drafts.iter().flat_map(Draft::lookups));
+    let wanted = textures::images_of(document, drafts.iter().flat_map(MaterialDraft::lookups));
     let (decoded, meshes) = rayon::join(
         || images::decode_all(sources, &wanted),
         || {
@@ -81,8 +83,8 @@ pub(crate) fn read(
                 .par_iter()
                 .map(|job| {
                     let slot = slot_of(job.material);
-                    let weights: Vec<f32> = job.look.weights.iter().map(|&bits| f64::from_bits(bits) as f32).collect();
-                    let skin = job.look.skin.and_then(|skin| skins.get(&skin));
+                    let weights: Vec<f32> = job.posed.weights.iter().map(|&bits| f64::from_bits(bits) as f32).collect();
+                    let skin = job.posed.skin.and_then(|skin| skins.get(&skin));
                     job.plan.read(accessors, &drafts[slot], slot, &Deformation { weights: &weights, skin })
                 })
                 .collect::<Vec<_>>()
@@ -97,13 +99,13 @@ pub(crate) fn read(
             mesh_of_plan.push(None);
             continue;
         }
-        mesh.name = document.meshes[job.look.mesh].name.clone().unwrap_or_default();
+        mesh.name = document.meshes[job.posed.mesh].name.clone().unwrap_or_default();
         mesh_of_plan.push(Some(scene.meshes.len()));
         scene.meshes.push(mesh);
     }
-    let mut parts: BTreeMap<&Look, Vec<usize>> = plans_of
+    let mut parts: BTreeMap<&PosedMesh, Vec<usize>> = plans_of
         .into_iter()
-        .map(|(look, plans)| (look, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
+        .map(|(posed, plans)| (posed, plans.into_iter().filter_map(|plan| mesh_of_plan[plan]).collect()))
         .collect();
     let mut binder = Binder::new(document, &decoded);
     scene.materials = drafts.into_iter().map(|draft| draft.bind(&mut binder)).collect();
@@ -113,18 +115,19 @@ pub(crate) fn read(
     warnings.append(decoded.warnings);
     scene.images = decoded.images;
     scene.images.append(&mut made);
-    let mut shapes: Vec<Shape> = parts.iter_mut().map(|(look, parts)| Shape { mesh: look.mesh, parts }).collect();
+    let mut shapes: Vec<Shape> = parts.iter_mut().map(|(posed, parts)| Shape { mesh: posed.mesh, parts }).collect();
     open_volumes::make_thin(scene, &mut shapes, warnings);
-    scene.instances = instances(accessors, placed, &looks, &skins, &parts, sources.options.max_instances, warnings)?;
+    scene.instances =
+        instances(accessors, placed, &posed_meshes, &skins, &parts, sources.options.max_instances, warnings)?;
     if scene.instances.is_empty() {
         warnings.push("The scene shows no triangles.");
     }
     Ok(())
 }
 
-/// A mesh as a node shows it. Nodes with equal looks share their triangles.
+/// A mesh with the skin and weights of a node. Nodes with equal ones share their triangles.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-struct Look {
+struct PosedMesh {
     /// glTF mesh.
     mesh: usize,
     /// glTF skin that moves it.
@@ -135,14 +138,14 @@ struct Look {
 
 /// A primitive to read.
 struct Job<'a> {
-    look: &'a Look,
+    posed: &'a PosedMesh,
     material: Option<usize>,
     plan: Plan<'a>,
 }
 
-/// The look of each placed node that has a mesh and is visible.
-fn looks(document: &Document, placed: &[Placed], poses: &Poses) -> Result<BTreeMap<usize, Look>> {
-    let mut looks = BTreeMap::new();
+/// The posed mesh of each placed node that has a mesh and is visible.
+fn posed_meshes(document: &Document, placed: &[PlacedNode], poses: &Poses) -> Result<BTreeMap<usize, PosedMesh>> {
+    let mut posed_meshes = BTreeMap::new();
     for placed in placed.iter().filter(|placed| placed.visible) {
         let Some(mesh) = nodes::mesh_of(document, placed.node)? else { continue };
         let node = &document.nodes[placed.node];
@@ -158,24 +161,25 @@ fn looks(document: &Document, placed: &[Placed], poses: &Poses) -> Result<BTreeM
             weights.pop();
         }
         let skin = node.skin.filter(|_| held).map(|skin| skin.index());
-        looks.insert(placed.node, Look { mesh, skin, weights });
+        posed_meshes.insert(placed.node, PosedMesh { mesh, skin, weights });
     }
-    Ok(looks)
+    Ok(posed_meshes)
 }
 
-/// The skins of these looks, posed.
+/// The skins of these meshes, posed.
 fn skins(
     accessors: &Accessors,
-    looks: &BTreeMap<usize, Look>,
+    posed_meshes: &BTreeMap<usize, PosedMesh>,
     poses: &Poses,
     warnings: &mut Warnings,
 ) -> Result<HashMap<usize, Skin>> {
     let mut posed = HashMap::new();
-    let users: BTreeMap<usize, usize> = looks.iter().filter_map(|(&node, look)| Some((look.skin?, node))).collect();
+    let users: BTreeMap<usize, usize> =
+        posed_meshes.iter().filter_map(|(&node, posed)| Some((posed.skin?, node))).collect();
     if users.is_empty() {
         return Ok(posed);
     }
-    let worlds = Worlds::new(accessors.document, poses);
+    let worlds = WorldTransforms::new(accessors.document, poses);
     let skins = skins::read(accessors.document)?;
     for (skin, node) in users {
         posed.insert(skin, skins::pose(accessors, &skins, skin, &worlds, &format!("node {node}"), warnings)?);
@@ -186,15 +190,16 @@ fn skins(
 /// Refuses files that would grow far beyond their own size.
 fn check_geometry_size(
     plans: &[Job],
-    drafts: &[Draft],
+    drafts: &[MaterialDraft],
     slot_of: impl Fn(Option<usize>) -> usize,
     accessors: &Accessors,
     sources: Sources,
 ) -> Result<()> {
-    let asked = plans.iter().fold(0_u64, |sum, job| sum.saturating_add(job.plan.bytes(&drafts[slot_of(job.material)])));
+    let bytes_requested =
+        plans.iter().fold(0_u64, |sum, job| sum.saturating_add(job.plan.bytes(&drafts[slot_of(job.material)])));
     let allowed = sources.options.max_geometry_bytes.max(accessors.buffers.bytes().saturating_mul(8));
-    if asked > allowed {
-        let cause = format!("would take {asked} bytes of memory, and {allowed} are allowed");
+    if bytes_requested > allowed {
+        let cause = format!("would take {bytes_requested} bytes of memory, and {allowed} are allowed");
         return Err(Fault::too_large("its geometry", cause));
     }
     Ok(())
@@ -203,20 +208,20 @@ fn check_geometry_size(
 /// One instance for each mesh (a glTF primitive) of each placed node.
 fn instances(
     accessors: &Accessors,
-    placed: &[Placed],
-    looks: &BTreeMap<usize, Look>,
+    placed: &[PlacedNode],
+    posed_meshes: &BTreeMap<usize, PosedMesh>,
     skins: &HashMap<usize, Skin>,
-    parts: &BTreeMap<&Look, Vec<usize>>,
+    parts: &BTreeMap<&PosedMesh, Vec<usize>>,
     most: usize,
     warnings: &mut Warnings,
 ) -> Result<Vec<Instance>> {
     let mut instances = Vec::new();
     for placed in placed {
-        let Some(look) = looks.get(&placed.node) else { continue };
-        let Some(parts) = parts.get(look) else { continue };
+        let Some(posed) = posed_meshes.get(&placed.node) else { continue };
+        let Some(parts) = parts.get(posed) else { continue };
         // Joints alone say where a skin is, and not the node that has it.
-        let placed = match look.skin.and_then(|skin| skins.get(&skin)) {
-            Some(skin) => &Placed { to_world: DAffine3::from_translation(skin.anchor), ..*placed },
+        let placed = match posed.skin.and_then(|skin| skins.get(&skin)) {
+            Some(skin) => &PlacedNode { to_world: DAffine3::from_translation(skin.anchor), ..*placed },
             None => placed,
         };
         let left = most.saturating_sub(instances.len()) / parts.len().max(1);
@@ -225,7 +230,7 @@ fn instances(
             return Err(Fault::too_large("its nodes", format!("place more than {most} mesh primitives")));
         }
         for copy in copies {
-            let placed = Placed { to_world: placed.to_world * copy, ..*placed };
+            let placed = PlacedNode { to_world: placed.to_world * copy, ..*placed };
             if nodes::drawable(&placed, warnings) {
                 instances.extend(parts.iter().map(|&mesh| Instance { mesh, to_world: placed.to_world }));
             }

@@ -1,4 +1,4 @@
-//! Skins: joints as they stand, and what they do to a vertex.
+//! Skins: joint transforms, and their effect on a vertex.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3, Vec4};
 use serde::Deserialize;
@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::accessor::{Accessors, Component};
 use super::document::{Document, Int, get, parse_raw};
 use super::error::{Fault, Result};
-use super::nodes::Worlds;
+use super::nodes::WorldTransforms;
 use super::warnings::Warnings;
 use crate::Mesh;
 
@@ -18,12 +18,13 @@ pub(crate) struct SkinJson {
     joints: Vec<Int>,
 }
 
-/// A skin whose joints stand somewhere.
+/// A skin with the world transforms of its joints.
 #[derive(Debug)]
 pub(crate) struct Skin {
     /// Bind space to world, less `anchor`: one a joint.
     joints: Vec<DAffine3>,
-    /// Where the skin is. Vertices are stored as f32 relative to it, so that a figure far from the origin keeps its shape.
+    /// Where the skin is. Vertices are stored as f32 relative to it, so that a figure far from the
+    /// origin keeps its shape.
     pub(crate) anchor: DVec3,
 }
 
@@ -41,7 +42,7 @@ pub(crate) fn pose(
     accessors: &Accessors,
     skins: &[SkinJson],
     index: usize,
-    worlds: &Worlds,
+    worlds: &WorldTransforms,
     user: &str,
     warnings: &mut Warnings,
 ) -> Result<Skin> {
@@ -84,7 +85,7 @@ pub(crate) fn pose(
     Ok(Skin { joints, anchor })
 }
 
-/// Which joints move a vertex, and how much: up to four a set.
+/// The joints that move a vertex, and their weights: up to four per set.
 #[derive(Debug)]
 pub(crate) struct Influences {
     pub(crate) joints: Vec<[f32; 4]>,
@@ -92,7 +93,7 @@ pub(crate) struct Influences {
 }
 
 impl Skin {
-    /// Moves a mesh. Says what is wrong when a vertex names a joint that the skin lacks.
+    /// Moves a mesh. Fails when a vertex names a joint that the skin lacks.
     pub(crate) fn apply(
         &self,
         mesh: &mut Mesh,

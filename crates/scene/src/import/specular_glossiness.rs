@@ -1,18 +1,21 @@
-//! KHR_materials_pbrSpecularGlossiness (archived), as a metallic-roughness material with KHR_materials_specular.
+//! KHR_materials_pbrSpecularGlossiness (archived), as a metallic-roughness material with
+//! KHR_materials_specular.
 //!
-//! A metalness of 0 with an index of refraction so high that the reflection at normal incidence is the specular colour
-//! itself; roughness is 1 − glossiness. This keeps every factor and colour texture. Two things change: glossiness textures
-//! become roughness textures rounded to 8 bits, and the diffuse part is dimmed by the reflection at each angle
-//! (1 − max F, as the core model does) and not by 1 − max(specular) at all angles.
+//! A metalness of 0 with an index of refraction so high that the reflection at normal incidence is
+//! the specular colour itself; roughness is 1 − glossiness. This keeps every factor and colour
+//! texture. Two things change: glossiness textures become roughness textures rounded to 8 bits, and
+//! the diffuse part is dimmed by the reflection at each angle (1 − max F, as the core model does)
+//! and not by 1 − max(specular) at all angles.
 
 use serde::Deserialize;
 
 use super::document::{MaterialJson, TextureInfo};
-use super::material_draft::{Draft, Reader};
+use super::material_draft::{MaterialDraft, Reader};
 
 pub(crate) const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
 
-/// Index of refraction, and the reflectance ((n − 1) / (n + 1))² that the specular colour is to be divided by.
+/// Index of refraction, and the reflectance ((n − 1) / (n + 1))² that the specular colour is to be
+/// divided by.
 const IOR: f32 = 1000.0;
 
 #[derive(Deserialize)]
@@ -25,8 +28,9 @@ struct Json {
     specular_glossiness_texture: Option<TextureInfo>,
 }
 
-/// Replaces the core model's values where the extension is there; readers of both are to take the extension.
-pub(crate) fn read(json: &MaterialJson, draft: &mut Draft, reader: &mut Reader) {
+/// Replaces the core model's values where the extension is there; readers of both are to take the
+/// extension.
+pub(crate) fn read(json: &MaterialJson, draft: &mut MaterialDraft, reader: &mut Reader) {
     let Some(parsed) = json.extensions.parse::<Json>(NAME) else { return };
     let json = match parsed {
         Ok(json) => json,

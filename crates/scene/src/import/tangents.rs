@@ -18,10 +18,12 @@ pub(crate) fn normalise(tangents: Vec<[f32; 4]>) -> Option<Vec<Vec4>> {
         .collect()
 }
 
-/// Fills `mesh.tangents` by MikkTSpace for the coordinates that the normal map is looked up with (its set and transform:
-/// a turned map turns its bumps). Vertices at which triangles disagree are split.
+/// Fills `mesh.tangents` by MikkTSpace for the coordinates that the normal map is looked up with
+/// (its set and transform: a turned map turns its bumps). Vertices at which triangles disagree are
+/// split.
 pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2>) {
-    // Coordinates beyond this overflow in products; such triangles are far outside any scene that can be traced.
+    // Coordinates beyond this overflow in products; such triangles are far outside any scene that
+    // can be traced.
     const FAR: f32 = 1e12;
     if mesh.normals.is_none() {
         unweld(mesh);
@@ -47,7 +49,7 @@ pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2
         .iter()
         .enumerate()
         .map(|(corner, tangent)| {
-            tangent.and_then(usable).unwrap_or_else(|| {
+            tangent.and_then(unit_tangent).unwrap_or_else(|| {
                 let normal = match &mesh.normals {
                     Some(normals) => normals[mesh.triangles[corner / 3][corner % 3] as usize],
                     None => corner_normals[corner / 3],
@@ -59,15 +61,15 @@ pub(crate) fn generate(mesh: &mut Mesh, uv_set: usize, transform: Option<Affine2
     weld(mesh, &tangents);
 }
 
-fn usable(tangent: [f32; 4]) -> Option<Vec4> {
+fn unit_tangent(tangent: [f32; 4]) -> Option<Vec4> {
     Some(unit(Vec3::new(tangent[0], tangent[1], tangent[2]))?.extend(tangent[3]))
 }
 
-/// The mesh as MikkTSpace sees it.
+/// The mesh as MikkTSpace reads it.
 struct Surface<'a> {
     mesh: &'a Mesh,
     uvs: &'a [Vec2],
-    /// Triangles that take part.
+    /// Triangles to process.
     faces: &'a [usize],
     /// A normal a triangle, for flat meshes.
     face_normals: &'a [Vec3],
@@ -102,7 +104,7 @@ impl Geometry for Surface<'_> {
     }
 
     fn tex_coord(&self, face: usize, vert: usize) -> [f32; 2] {
-        // MikkTSpace counts v upwards, glTF downwards.
+        // v points up in MikkTSpace, down in glTF.
         let uv = self.uvs[self.vertex(face, vert)];
         [uv.x, 1.0 - uv.y]
     }
@@ -131,7 +133,7 @@ fn weld(mesh: &mut Mesh, corners: &[Vec4]) {
     let mut order: Vec<u32> = (0..vertices as u32).collect();
     for (triangle, corners) in mesh.triangles.iter_mut().zip(corners.chunks_exact(3)) {
         for (index, &tangent) in triangle.iter_mut().zip(corners) {
-            // Copies of a vertex hang together as a list that begins with the vertex itself.
+            // Copies of a vertex form a list that begins with the vertex itself.
             let mut at = *index as usize;
             loop {
                 match tangents[at] {

@@ -1,4 +1,4 @@
-//! Textures: an image with a sampler, and how a material looks it up.
+//! Textures: an image with a sampler, and its use by a material.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -16,7 +16,7 @@ pub(crate) const MAX_UV_SETS: u64 = 8;
 
 /// A texture reference of a material with everything but its final index.
 #[derive(Clone, Debug)]
-pub(crate) struct Lookup {
+pub(crate) struct TextureLookup {
     /// glTF texture index, in range.
     texture: usize,
     pub(crate) uv_set: u32,
@@ -34,8 +34,14 @@ struct TransformJson {
     tex_coord: Option<Int>,
 }
 
-/// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads nowhere.
-pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warnings: &mut Warnings) -> Option<Lookup> {
+/// Reads a textureInfo with its KHR_texture_transform; `None`, with a warning, when it leads
+/// nowhere.
+pub(crate) fn lookup(
+    document: &Document,
+    info: &TextureInfo,
+    place: &str,
+    warnings: &mut Warnings,
+) -> Option<TextureLookup> {
     let Some(index) = info.index else {
         warnings.push(format!("A texture is left out: {place} does not say which."));
         return None;
@@ -51,7 +57,7 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
             Ok(json) => {
                 uv_set = json.tex_coord.unwrap_or(uv_set);
                 transform = affine(&json);
-                if !transform.is_none_or(sensible) {
+                if !transform.is_none_or(is_in_range) {
                     warnings.push(format!(
                         "KHR_texture_transform of {place} is not finite or absurdly large; it is ignored."
                     ));
@@ -69,11 +75,11 @@ pub(crate) fn lookup(document: &Document, info: &TextureInfo, place: &str, warni
         ));
         return None;
     }
-    Some(Lookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
+    Some(TextureLookup { texture: index.index(), uv_set: uv_set.0 as u32, transform })
 }
 
-/// uv′ = offset + R · (scale · uv). The extension counts the angle counter-clockwise in an image whose v points down,
-/// so the matrix turns (u, v) by the negative angle.
+/// uv′ = offset + R · (scale · uv). The extension measures the angle counter-clockwise in an image
+/// whose v points down, so the matrix turns (u, v) by the negative angle.
 fn affine(json: &TransformJson) -> Option<Affine2> {
     let scale = Vec2::from(json.scale.unwrap_or([1.0, 1.0]));
     let affine = Affine2::from_scale_angle_translation(scale, -json.rotation, Vec2::from(json.offset));
@@ -81,12 +87,12 @@ fn affine(json: &TransformJson) -> Option<Affine2> {
 }
 
 /// Whether transformed coordinates stay in the range of `f32`.
-fn sensible(t: Affine2) -> bool {
+fn is_in_range(t: Affine2) -> bool {
     t.to_cols_array().iter().all(|c| c.abs() < 1e9)
 }
 
-/// Extensions that name an image of another format, which stands before the core `source`: that is for readers without
-/// the format. In the order in which they are looked for.
+/// Extensions that name an image of another format, which takes precedence over the core `source`:
+/// that is for readers without the format. In order of precedence.
 const SOURCES: [&str; 2] = ["KHR_texture_basisu", "EXT_texture_webp"];
 
 #[derive(Deserialize)]
@@ -102,8 +108,9 @@ fn images_for(document: &Document, texture: usize) -> Vec<usize> {
     others.chain(json.source).map(Int::index).collect()
 }
 
-/// The images that can serve each texture of these lookups, best first, in the order of the best ones.
-pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a Lookup>) -> Vec<Vec<usize>> {
+/// The images that can serve each texture of these lookups, best first, in the order of the best
+/// ones.
+pub(crate) fn images_of<'a>(document: &Document, lookups: impl Iterator<Item = &'a TextureLookup>) -> Vec<Vec<usize>> {
     let set: BTreeSet<Vec<usize>> = lookups.map(|l| images_for(document, l.texture)).collect();
     set.into_iter().collect()
 }
@@ -118,7 +125,7 @@ pub(crate) struct Binder<'a> {
     pub(crate) textures: Vec<Texture>,
     /// Textures without a readable source, samplers out of range.
     pub(crate) warnings: Warnings,
-    /// Images made from others; their indices go on where those of the decoded ones end.
+    /// Images made from others; their indices follow those of the decoded ones.
     pub(crate) made: Vec<Image>,
     /// Roughness maps by the image and the glossiness factor (as bits) that they were made from.
     roughness: HashMap<(usize, u32), usize>,
@@ -138,7 +145,7 @@ impl<'a> Binder<'a> {
     }
 
     /// `None` when the image could not be read (it has been warned of).
-    pub(crate) fn bind(&mut self, lookup: Option<&Lookup>) -> Option<TextureRef> {
+    pub(crate) fn bind(&mut self, lookup: Option<&TextureLookup>) -> Option<TextureRef> {
         let lookup = lookup?;
         let choices = images_for(self.document, lookup.texture);
         if choices.is_empty() {
@@ -156,7 +163,7 @@ impl<'a> Binder<'a> {
     }
 
     /// A roughness map made of the glossiness in an image's alpha.
-    pub(crate) fn bind_glossiness(&mut self, lookup: &Lookup, glossiness: f32) -> Option<TextureRef> {
+    pub(crate) fn bind_glossiness(&mut self, lookup: &TextureLookup, glossiness: f32) -> Option<TextureRef> {
         let image = self.decoded.first_of(&images_for(self.document, lookup.texture))?;
         let key = (image, glossiness.to_bits());
         let index = match self.roughness.get(&key) {
@@ -174,7 +181,7 @@ impl<'a> Binder<'a> {
         Some(self.reference(lookup, texture))
     }
 
-    fn reference(&mut self, lookup: &Lookup, texture: Texture) -> TextureRef {
+    fn reference(&mut self, lookup: &TextureLookup, texture: Texture) -> TextureRef {
         let index = match self.slots.get(&texture) {
             Some(&index) => index,
             None => {

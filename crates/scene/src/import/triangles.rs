@@ -1,4 +1,5 @@
-//! Primitive modes: triangle lists, strips and fans, with or without indices, as one list of triangles.
+//! Primitive modes: triangle lists, strips and fans, with or without indices, as one list of
+//! triangles.
 
 use gltf::json::mesh;
 
@@ -12,7 +13,7 @@ pub(crate) enum Mode {
     Fan,
 }
 
-/// What the `mode` of a primitive says.
+/// The meaning of a primitive's `mode`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Triangles(Mode),
@@ -49,9 +50,11 @@ impl Mode {
         }
     }
 
-    /// The triangles of `count` corners, `corner(i)` being the vertex of the i-th; glTF 2.0 section 3.7.2.1.
+    /// The triangles of `count` corners, `corner(i)` being the vertex of the i-th; glTF 2.0 section
+    /// 3.7.2.1.
     ///
-    /// Strips and fans drop triangles that name a vertex twice: they stitch parts together and have no area.
+    /// Strips and fans drop triangles that name a vertex twice: they stitch parts together and have
+    /// no area.
     pub(crate) fn triangles(self, count: usize, corner: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
         let n = self.triangles_of(count);
         let whole = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;

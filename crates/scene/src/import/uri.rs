@@ -19,10 +19,10 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Entries of a folder that the search for a near match looks at.
+/// Entries of a folder that the search for a near match reads.
 const MAX_ENTRIES: usize = 1 << 12;
 
-/// Where the files that URIs name may lie.
+/// The folders in which files of URIs may be.
 #[derive(Debug)]
 pub(crate) struct Folders<'a> {
     /// The scene's folder, which URIs are relative to.
@@ -54,7 +54,7 @@ impl<'a> Folders<'a> {
             None => self.scene.join(resolve_dots(path)?.path()),
             Some(rest) => {
                 let absolute = PathBuf::from(format!("/{}", without_dots(rest)?));
-                // Compared before the file system sees the path, which may name a network share.
+                // Compared before the path reaches the file system, which may name a network share.
                 self.allowed.iter().chain(&self.roots).find(|folder| absolute.starts_with(folder))?;
                 absolute
             }
@@ -73,7 +73,7 @@ impl<'a> Folders<'a> {
     }
 }
 
-/// Reads what a URI refers to; `place` is the object that holds it.
+/// Reads the target of a URI; `place` is the object that holds it.
 pub(crate) fn read(uri: &str, folders: &Folders, limit: u64, place: &str) -> Result<Vec<u8>> {
     match uri {
         _ if is_data(uri) => decode_data(&uri[5..], limit, place),
@@ -152,7 +152,8 @@ fn decode_data(rest: &str, limit: u64, place: &str) -> Result<Vec<u8>> {
     BASE64.decode(&bytes).map_err(|e| Fault::invalid(place, format!("has a data: URI that is not base64: {e}")))
 }
 
-/// The file that a URI names; refuses to leave the folders, by `..`, absolute paths, schemes or links.
+/// The file that a URI names; refuses to leave the folders, by `..`, absolute paths, schemes or
+/// links.
 fn resolve(uri: &str, folders: &Folders, place: &str) -> Result<PathBuf> {
     let refuse = |cause: String| Err(Fault::invalid(place, cause));
     if uri.is_empty() {
@@ -173,8 +174,8 @@ fn resolve(uri: &str, folders: &Folders, place: &str) -> Result<PathBuf> {
     if whole.contains('\0') {
         return refuse(format!("has the URI {}, which holds a zero byte", shown(uri)));
     }
-    // Before the file system is asked anything: on Windows even looking for a network share goes out to the network.
-    // Windows exporters write back-slashes, so they separate, whatever the platform.
+    // Before any access to the file system: on Windows even a look-up of a network share contacts
+    // the network. Windows exporters write back-slashes, so they separate, whatever the platform.
     let slashed = path.replace('\\', "/");
     let (Some(named), Some(_)) = (without_dots(&slashed), without_dots(&raw_path.replace('\\', "/"))) else {
         return match folders.outside(&slashed) {
@@ -193,7 +194,7 @@ fn resolve(uri: &str, folders: &Folders, place: &str) -> Result<PathBuf> {
         return refuse(format!("has the URI {}, which names no file", shown(uri)));
     }
     let path = folder.join(name);
-    // Links could still lead out. A missing file is told when it is opened.
+    // Links could still lead out. A missing file is reported when it is opened.
     if path.canonicalize().is_ok_and(|real| !folders.hold(&real)) {
         return refuse(format!("has the URI {}, a link that {}", shown(uri), folders.refusal()));
     }
@@ -232,12 +233,13 @@ fn resolve_dots(path: &str) -> Option<Resolved<'_>> {
     Some(resolved)
 }
 
-/// The same as a path; `None` also when it climbs above where it starts.
+/// The same as a path; `None` also when it climbs above its start.
 fn without_dots(path: &str) -> Option<String> {
     resolve_dots(path).filter(|resolved| resolved.climbs == 0).map(|resolved| resolved.path())
 }
 
-/// The file in one of the folders whose path differs from the missing `path` in upper and lower case alone.
+/// The file in one of the folders whose path differs from the missing `path` in upper and lower
+/// case alone.
 fn near_match(path: &Path, folders: &Folders) -> Option<String> {
     let mut found = folders.scene.to_path_buf();
     for part in path.strip_prefix(folders.scene).ok()?.components() {
@@ -260,7 +262,7 @@ fn near_match(path: &Path, folders: &Folders) -> Option<String> {
     Some(shown(&name))
 }
 
-/// Whether reading could go on for ever, as of /dev/zero. Pipes end with their writers.
+/// Whether reading could be endless, as of /dev/zero. Pipes end with their writers.
 fn is_device(metadata: &Metadata) -> bool {
     #[cfg(unix)]
     {
@@ -291,7 +293,7 @@ pub(crate) fn read_file(path: &Path, limit: u64, place: &str) -> Result<Vec<u8>>
         return Err(too_large());
     }
     let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    // Devices and growing files have no honest length.
+    // Devices and growing files have no reliable length.
     file.take(limit + 1).read_to_end(&mut bytes).map_err(fault)?;
     if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
 }

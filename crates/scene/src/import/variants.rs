@@ -48,7 +48,7 @@ pub(crate) fn choose(document: &Document, wanted: Option<&str>) -> Result<Option
     })
 }
 
-/// The material of a primitive under a variant: its own where the variant says nothing of it.
+/// The material of a primitive under a variant: its own where the variant does not change it.
 pub(crate) fn material(
     primitive: &Primitive,
     variant: Option<usize>,

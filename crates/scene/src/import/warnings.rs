@@ -1,7 +1,8 @@
-//! Sentences about what was not read as written.
+//! Sentences about parts of a file that were not read as written.
 
-/// More than this and the rest is only counted: a hostile file must not fill memory or the terminal.
-const MOST: usize = 50;
+/// More than this and the rest is only counted: a hostile file must not fill memory or the
+/// terminal.
+const MAX_WARNINGS: usize = 50;
 
 /// Warnings in the order in which they arose, each once.
 #[derive(Debug, Default)]
@@ -17,7 +18,7 @@ impl Warnings {
         if self.texts.contains(&text) {
             return;
         }
-        if self.texts.len() < MOST {
+        if self.texts.len() < MAX_WARNINGS {
             self.texts.push(text);
         } else {
             self.more += 1;

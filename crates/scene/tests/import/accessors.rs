@@ -1,4 +1,5 @@
-//! Accessors: every component type, strides, sparse parts, implied zeros, and everything out of range.
+//! Accessors: every component type, strides, sparse parts, implied zeros, and everything out of
+//! range.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
@@ -139,7 +140,7 @@ fn no_buffer_view_means_zeros() {
 }
 
 #[test]
-fn what_reaches_out_of_range_is_refused() {
+fn ranges_beyond_the_limits_are_refused() {
     let edit = |edit: &dyn Fn(&mut Gltf), parts: &[&str]| {
         let mut gltf = Gltf::triangle();
         edit(&mut gltf);
@@ -177,7 +178,7 @@ fn zeros_without_a_buffer_cannot_fill_memory() {
 }
 
 #[test]
-fn attributes_must_have_one_element_a_vertex() {
+fn attributes_must_have_one_element_per_vertex() {
     let mut gltf = Gltf::square();
     let normals = gltf.accessor(&floats(&SQUARE), FLOAT, "VEC3", 3);
     gltf.primitive()["attributes"]["NORMAL"] = json!(normals);

@@ -49,7 +49,8 @@ impl Gltf {
         }
     }
 
-    /// One node with one mesh of one primitive: the triangle (0,0,0), (1,0,0), (0,1,0), without indices.
+    /// One node with one mesh of one primitive: the triangle (0,0,0), (1,0,0), (0,1,0), without
+    /// indices.
     pub(crate) fn triangle() -> Self {
         let mut gltf = Self::empty();
         let positions = gltf.accessor(&floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0.]), FLOAT, "VEC3", 3);
@@ -59,7 +60,8 @@ impl Gltf {
         gltf
     }
 
-    /// One node with [`SQUARE`], indexed as 0 1 2, 0 2 3, with normals and TEXCOORD_0 (v downwards).
+    /// One node with [`SQUARE`], indexed as 0 1 2, 0 2 3, with normals and TEXCOORD_0 (v
+    /// downwards).
     pub(crate) fn square() -> Self {
         let mut gltf = Self::triangle();
         let positions = gltf.accessor(&floats(&SQUARE), FLOAT, "VEC3", 4);

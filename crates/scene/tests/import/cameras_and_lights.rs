@@ -73,7 +73,7 @@ fn scale_is_taken_out_of_cameras() {
     for scale in [[2.0, 3.0, 4.0], [-1.0, 1.0, 1.0], [1e-3, 1e3, 1.0]] {
         let (camera, _) = camera(PERSPECTIVE(), json!({"camera": 0, "rotation": [0, half, 0, half], "scale": scale}));
         let m = camera.to_world.matrix3;
-        // Turned by 90° about y, it looks along −x.
+        // Turned by 90° about y, it faces −x.
         assert!((m.z_axis - DVec3::X).length() < 1e-12 && (m.y_axis - DVec3::Y).length() < 1e-12, "{m}");
         assert!((m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, 1e-12) && m.determinant() > 0.0);
     }

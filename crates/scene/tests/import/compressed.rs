@@ -7,17 +7,18 @@ use serde_json::{Value, json};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 
 use crate::build::{Gltf, png, warned};
-use crate::geometry_extensions::{asset, equals_its_twin, loaded};
+use crate::geometry_extensions::{asset, equals_its_counterpart, loaded};
 
 #[test]
 fn draco_equals_the_plain_file() {
-    // Encoded by Google's Draco; the plain twin is what Draco itself decodes.
-    equals_its_twin(&loaded(&asset("draco.glb")));
+    // Encoded by Google's Draco; the plain counterpart is decoded by Draco itself.
+    equals_its_counterpart(&loaded(&asset("draco.glb")));
 }
 
 #[test]
 fn basis_textures_are_their_gradients() {
-    // 4 × 4 blocks of one colour each: red grows to the right, green downwards, blue is 64. Lossy, so near.
+    // 4 × 4 blocks of one colour each: red grows to the right, green downwards, blue is 64. Lossy,
+    // so near.
     let scene = loaded(&asset("basisu.glb"));
     for (image, most) in scene.images.iter().zip([8, 2]) {
         assert_eq!((image.width, image.height), (16, 16));
@@ -70,7 +71,7 @@ fn the_counts_of_a_draco_stream_hold() {
     // Even where the accessors disagree with each other.
     let gltf = draco(|gltf| gltf.json["accessors"][1]["count"] = json!(7));
     assert_eq!(gltf.load().warnings, Vec::<String>::new());
-    // What is not in the stream must go with it.
+    // Accessors that are not in the stream are removed with it.
     draco(|gltf| {
         let extension = &mut gltf.primitive()["extensions"]["KHR_draco_mesh_compression"];
         extension["attributes"] = json!({"NORMAL": 1, "TEXCOORD_0": 0});
@@ -117,12 +118,12 @@ fn watch_decoders() {
     });
 }
 
-/// Loads `name` with random bytes after `begin` changed; how often it is refused or warned of. Nothing may panic, not even
-/// where that is caught.
+/// Loads `name` with random bytes after `begin` changed; how often it is refused or warned of.
+/// Nothing may panic, not even where that is caught.
 fn mutate(name: &str, begin: usize, length: usize, rounds: usize) -> usize {
     watch_decoders();
     let whole = asset(name);
-    let (mut told, mut seed) = (0, 9_u32);
+    let (mut noticed, mut seed) = (0, 9_u32);
     for round in 0..rounds {
         let mut bytes = whole.clone();
         for _ in 0..=round % 4 {
@@ -131,10 +132,10 @@ fn mutate(name: &str, begin: usize, length: usize, rounds: usize) -> usize {
             bytes[at] = (seed >> 3) as u8;
         }
         let outcome = load_bytes(&bytes, "made.glb".as_ref(), &LoadOptions::default());
-        told += usize::from(outcome.map_or(true, |scene| !scene.warnings.is_empty()));
+        noticed += usize::from(outcome.map_or(true, |scene| !scene.warnings.is_empty()));
         assert_eq!(CAUGHT.load(Ordering::SeqCst), 0, "{name}, round {round}");
     }
-    told
+    noticed
 }
 
 /// Where the binary chunk begins.

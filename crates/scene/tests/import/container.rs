@@ -126,7 +126,7 @@ fn queries_and_fragments_are_no_part_of_the_path() {
         let scene = load_beside(&with_uri(uri), name).unwrap_or_else(|e| panic!("{uri}: {e}"));
         assert_eq!(scene.triangle_count(), 1, "{uri}");
     }
-    // Where both are there, the path is what the standard says.
+    // Where both exist, the path follows the standard.
     let folder = tempfile::tempdir().expect("folder");
     let gltf = with_uri("a.bin#b");
     fs::write(folder.path().join("a.bin"), &gltf.bin).expect("buffer");
@@ -209,7 +209,7 @@ fn links_do_not_leave_the_folder_either() {
     assert!(message.contains("link that leaves"), "{message}");
 }
 
-/// A scene in `project/scenes` whose buffer lies in `project/buffers`, and what loads it with `allowed` folders.
+/// A scene in `project/scenes` whose buffer is in `project/buffers`, loaded with `allowed` folders.
 fn load_outside(uri: &str, allowed: &[&str]) -> Result<surelight_scene::Scene, LoadError> {
     let project = tempfile::tempdir().expect("folder");
     for folder in ["scenes", "buffers/deep", "other"] {

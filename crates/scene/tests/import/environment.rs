@@ -124,7 +124,7 @@ fn the_display_window_of_exr_frames_the_map() {
 }
 
 #[test]
-fn what_was_not_taken_as_written_is_told() {
+fn changed_values_are_reported() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("map.exr");
     fs::write(&path, exr(3, 1, &[[-1.0, 0.0, 0.0], [1.0; 3], [f32::NAN; 3]])).expect("file");
@@ -162,14 +162,14 @@ fn all_eight_orientations_of_hdr_give_one_picture() {
 
 #[test]
 fn xyze_becomes_rec709() {
-    // D65 white of luminance 1, and the red primary of Rec. 709; 128 stands for 1.
+    // D65 white of luminance 1, and the red primary of Rec. 709; 128 encodes 1.
     let texels = [[122, 128, 139, 129], [211, 109, 10, 127]];
     let map = load("map.hdr", &radiance("32-bit_rle_xyze", "-Y 1 +X 2", &texels)).expect("loads");
     for (texel, expected) in map.texels.iter().zip([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0]]) {
         // Steps of XYZE are 1/128 and 1/512.
         assert!(texel.iter().zip(expected).all(|(a, b): (&f32, f32)| (a - b).abs() < 0.015), "{texel:?} {expected:?}");
     }
-    // COLORCORR and EXPOSURE are of what is stored: of X, Y and Z.
+    // COLORCORR and EXPOSURE apply to the stored values: to X, Y and Z.
     let mut scaled = b"#?RADIANCE\nCOLORCORR=1 2 4\nEXPOSURE=2\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n".to_vec();
     // 0.95 · 2, 1 · 4 and 1.09 · 8.
     scaled.extend([30, 64, 139, 132]);

@@ -1,4 +1,4 @@
-//! KHR_mesh_quantization, EXT_mesh_gpu_instancing and meshopt: each equals its plain twin.
+//! KHR_mesh_quantization, EXT_mesh_gpu_instancing and meshopt: each equals its plain counterpart.
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
@@ -37,15 +37,15 @@ fn square(edit: impl Fn(&mut Gltf) -> Value) -> Mesh {
 }
 
 #[test]
-fn a_quantised_mesh_equals_its_float_twin() {
+fn a_quantised_mesh_equals_its_float_counterpart() {
     let signed = |values: &[i8]| values.iter().map(|&v| v as u8).collect::<Vec<u8>>();
-    let twin = square(|gltf| {
+    let expected = square(|gltf| {
         let p = gltf.accessor(&floats(&[0., 0., -2., 100., 0., 7., 100., 50., 1., 0., 50., 0.]), FLOAT, "VEC3", 4);
         let n = gltf.accessor(&floats(&[0., 0., 1., 1., 0., 0., 0., -1., 0., 0., 0., 1.]), FLOAT, "VEC3", 4);
         let t = gltf.accessor(&floats(&[-3., 5., 0., 120., 7., -128., 1., 1.]), FLOAT, "VEC2", 4);
         json!({"POSITION": p, "NORMAL": n, "TEXCOORD_0": t})
     });
-    // Bytes and shorts as they stand, three of them padded to four.
+    // Bytes and shorts as stored, three of them padded to four.
     let bytes = square(|gltf| {
         let p = gltf.view(&signed(&[0, 0, -2, 0, 100, 0, 7, 0, 100, 50, 1, 0, 0, 50, 0, 0]));
         let n = gltf.view(&signed(&[0, 0, 127, 0, 127, 0, 0, 0, 0, -127, 0, 0, 0, 0, 127, 0]));
@@ -60,7 +60,7 @@ fn a_quantised_mesh_equals_its_float_twin() {
         );
         json!({"POSITION": p, "NORMAL": n, "TEXCOORD_0": t})
     });
-    assert_eq!(bytes, twin);
+    assert_eq!(bytes, expected);
     let short = |v: i16| v as u16;
     let shorts = square(|gltf| {
         let p: Vec<u16> = [0, 0, -2, 100, 0, 7, 100, 50, 1, 0, 50, 0].map(short).to_vec();
@@ -71,7 +71,7 @@ fn a_quantised_mesh_equals_its_float_twin() {
         let t = gltf.accessor(&shorts(&[-3, 5, 0, 120, 7, -128, 1, 1].map(short)), SHORT, "VEC2", 4);
         json!({"POSITION": p, "NORMAL": n, "TEXCOORD_0": t})
     });
-    assert_eq!(shorts, twin);
+    assert_eq!(shorts, expected);
 }
 
 #[test]
@@ -128,8 +128,8 @@ fn instances_are_placed_like_nodes() {
     let scales = [DVec3::ONE, DVec3::new(2., 3., 4.), DVec3::new(1., 1., -1.)];
     let translations = [DVec3::new(1., 2., 3.), DVec3::ZERO, DVec3::new(-5., 0., 0.)];
     for i in 0..3 {
-        let twin = parent * DAffine3::from_scale_rotation_translation(scales[i], turns[i], translations[i]);
-        assert!(scene.instances[i].to_world.abs_diff_eq(twin, 1e-6), "{i}: {:?}", scene.instances[i].to_world);
+        let expected = parent * DAffine3::from_scale_rotation_translation(scales[i], turns[i], translations[i]);
+        assert!(scene.instances[i].to_world.abs_diff_eq(expected, 1e-6), "{i}: {:?}", scene.instances[i].to_world);
     }
 }
 
@@ -151,9 +151,9 @@ fn broken_instances_are_refused_and_limited() {
     assert!(message.contains("node 0 has 3 instances"), "{message}");
 }
 
-/// Compressed meshes equal the plain ones that stand beside them in the file.
+/// Compressed meshes equal the plain ones beside them in the file.
 #[track_caller]
-pub(crate) fn equals_its_twin(scene: &Scene) {
+pub(crate) fn equals_its_counterpart(scene: &Scene) {
     let half = scene.meshes.len() / 2;
     assert!(half >= 1 && scene.meshes.len() == 2 * half);
     for (packed, plain) in scene.meshes[..half].iter().zip(&scene.meshes[half..]) {
@@ -177,9 +177,10 @@ pub(crate) fn equals_its_twin(scene: &Scene) {
 
 #[test]
 fn meshopt_equals_the_plain_file() {
-    // Encoded by meshoptimizer 0.30: vertex codec 0 and 1, triangles, index sequences, octahedral and exponential filters.
+    // Encoded by meshoptimizer 0.30: vertex codec 0 and 1, triangles, index sequences, octahedral
+    // and exponential filters.
     for name in ["meshopt-ext.glb", "meshopt-khr.glb"] {
-        equals_its_twin(&loaded(&asset(name)));
+        equals_its_counterpart(&loaded(&asset(name)));
     }
 }
 
@@ -203,7 +204,7 @@ fn damaged_meshopt_streams_are_refused_or_decoded_and_never_panic() {
 }
 
 #[test]
-fn meshopt_counts_do_not_ask_for_memory() {
+fn meshopt_counts_alone_take_no_memory() {
     for (from, to) in [("\"count\":441", "\"count\":999"), ("\"count\":2400", "\"count\":9900")] {
         let text = String::from_utf8_lossy(&asset("meshopt-ext.glb")).len();
         assert!(text > 0);

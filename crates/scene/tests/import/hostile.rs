@@ -1,7 +1,7 @@
-//! Files changed at random: whatever comes out, it is a scene that keeps its promises or an error, never a panic.
+//! Files changed at random: the result is a valid scene or an error, never a panic.
 //!
-//! `SURELIGHT_FUZZ_CASES` sets the number of cases for each kind (default 2000), `SURELIGHT_CORPUS` adds its small files as
-//! seeds. The random numbers are fixed, so a failure comes back.
+//! `SURELIGHT_FUZZ_CASES` sets the number of cases for each kind (default 2000), `SURELIGHT_CORPUS`
+//! adds its small files as seeds. The random numbers are fixed, so a failure comes back.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -131,7 +131,7 @@ fn check(scene: &Scene) {
 }
 
 fn attempt(bytes: &[u8], path: &Path, what: &str) -> bool {
-    // Small limits, so that a mutation that asks for memory is an error and not a slow test.
+    // Small limits, so that a mutation that needs much memory is an error and not a slow test.
     let options = LoadOptions { max_image_pixels: 1 << 20, max_geometry_bytes: 16 << 20, ..LoadOptions::default() };
     let moment = Moment { animation: "0".into(), seconds: 0.4 };
     let moving = LoadOptions { animation: Some(moment), ..options.clone() };
@@ -252,7 +252,7 @@ fn changed_environment_maps_never_panic() {
         let mut random = Random(case ^ 0x1234_0000_0000);
         let mut bytes = seeds[random.below(seeds.len())].clone();
         for _ in 0..1 + random.below(4) {
-            // Most of what can go wrong is in the header and the offset table.
+            // Most possible defects are in the header and the offset table.
             let range = if random.below(2) == 0 { bytes.len().min(600) } else { bytes.len() };
             let at = random.below(range);
             bytes[at] = if random.below(2) == 0 { random.next() as u8 } else { bytes[at] ^ 1 << random.below(8) };

@@ -50,13 +50,13 @@ fn brightest(radiance: [f32; 3]) -> usize {
 }
 
 #[test]
-fn faces_stand_where_a_camera_at_the_origin_sees_them() {
-    // Left column red, right column green; a blue top row for the faces that are seen upright.
+fn faces_are_where_a_camera_at_the_origin_sees_them() {
+    // Left column red, right column green; a blue top row for the upright faces.
     let upright = [BLUE, BLUE, RED, GREEN];
     let scene = lit([upright; 6], json!({})).load();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert_eq!((map(&scene).0.width, map(&scene).0.height), (8, 4));
-    // Looking along each axis, a little down: what is on the right there.
+    // The view along each axis, a little down: the colour on the right.
     for (down_left, down_right) in [
         ([1.0, -0.4, -0.4], [1.0, -0.4, 0.4]),
         ([-1.0, -0.4, 0.4], [-1.0, -0.4, -0.4]),
@@ -92,7 +92,7 @@ fn alpha_divides() {
 
 #[test]
 fn the_rotation_turns_the_light() {
-    // Red towards +X alone; a quarter turn about +Y brings it towards −Z.
+    // Red towards +X alone; a quarter turn about +Y turns it towards −Z.
     let faces = [[RED; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4], [BLACK; 4]];
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let scene = lit(faces, json!({"rotation": [0.0, half, 0.0, half]})).load();
@@ -101,7 +101,7 @@ fn the_rotation_turns_the_light() {
 }
 
 #[test]
-fn broken_lights_are_left_out_and_told() {
+fn broken_lights_are_left_out_with_a_warning() {
     let good = || lit([[GREEN; 4]; 6], json!({}));
     let light = |gltf: &mut Gltf, change: fn(&mut Value)| {
         change(&mut gltf.json["extensions"]["EXT_lights_image_based"]["lights"][0]);

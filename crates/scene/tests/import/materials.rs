@@ -52,7 +52,7 @@ fn alpha_modes() {
 }
 
 #[test]
-fn factors_out_of_range_are_clamped_and_told() {
+fn factors_out_of_range_are_clamped_with_a_warning() {
     let scene = Gltf::square()
         .material(json!({
             "name": "wild", "emissiveFactor": [-1, 0, 0],
@@ -179,7 +179,7 @@ fn layers() {
 }
 
 #[test]
-fn layers_out_of_range_are_clamped_and_told() {
+fn layers_out_of_range_are_clamped_with_a_warning() {
     let scene = Gltf::square()
         .material(json!({"extensions": {
             "KHR_materials_clearcoat": {"clearcoatFactor": 2},
@@ -195,7 +195,7 @@ fn layers_out_of_range_are_clamped_and_told() {
     assert_eq!(scene.warnings.len(), 6, "{:?}", scene.warnings);
 }
 
-/// A grain needs tangents: the file's, or such as run along the first texture coordinates.
+/// Anisotropy needs tangents: the file's, or generated ones along the first texture coordinates.
 #[test]
 fn anisotropic_materials_get_tangents() {
     let grain = json!({"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 0.5}}});

@@ -8,7 +8,8 @@ use crate::build::{FLOAT, Gltf, SQUARE, USHORT, floats, shorts, warned};
 
 #[test]
 fn strips_and_fans_make_triangles_that_face_one_way() {
-    // Five corners of a strip, zigzag; the third coordinate of every cross product must be positive.
+    // Five corners of a strip, zigzag; the third coordinate of every cross product must be
+    // positive.
     let strip = [0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0., 0., 2., 0.];
     let fan = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., -1., 1., 0.];
     for (points, mode) in [(strip, 5), (fan, 6)] {
@@ -56,7 +57,7 @@ fn points_and_lines_are_one_warning() {
 }
 
 #[test]
-fn left_over_corners_are_told() {
+fn left_over_corners_are_reported() {
     let mut gltf = Gltf::square();
     gltf.primitive().as_object_mut().expect("object").remove("indices");
     let scene = gltf.load();
@@ -134,7 +135,8 @@ fn with_normal_map(edit: impl Fn(&mut Gltf)) -> (Mesh, Vec<String>) {
 #[test]
 fn tangents_are_made_where_a_normal_map_needs_them() {
     assert_eq!(Gltf::square().load().meshes[0].tangents, None);
-    // u along +x, v down along −y: the tangent is +x, and the bitangent cross(n, t) · w must be up, +y.
+    // u along +x, v down along −y: the tangent is +x, and the bitangent cross(n, t) · w must be up,
+    // +y.
     let (mesh, warnings) = with_normal_map(|_| {});
     assert_eq!(mesh.tangents, Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4]));
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
@@ -152,7 +154,8 @@ fn mirrored_coordinates_turn_the_sign() {
 
 #[test]
 fn a_turned_texture_turns_the_tangents() {
-    // uv′ = (−v, u): u′ grows upwards and v′ grows to the right, so the tangent is +y and "up" in the map is −x.
+    // uv′ = (−v, u): u′ grows upwards and v′ grows to the right, so the tangent is +y and "up" in
+    // the map is −x.
     let (mesh, _) = with_normal_map(|gltf| {
         let transform = json!({"KHR_texture_transform": {"rotation": -std::f64::consts::FRAC_PI_2}});
         gltf.json["materials"][0]["normalTexture"]["extensions"] = transform;
@@ -165,7 +168,7 @@ fn a_turned_texture_turns_the_tangents() {
 
 #[test]
 fn vertices_split_where_tangents_differ() {
-    // The right half mirrors the left: the shared edge needs two tangents a vertex.
+    // The right half mirrors the left: the shared edge needs two tangents per vertex.
     let mut gltf = Gltf::triangle();
     let points = [-1., 0., 0., 0., 0., 0., 0., 1., 0., -1., 1., 0., 1., 0., 0., 1., 1., 0.];
     let positions = gltf.accessor(&floats(&points), FLOAT, "VEC3", 6);
@@ -186,7 +189,7 @@ fn vertices_split_where_tangents_differ() {
                 tangents[i as usize],
                 if left { Vec4::new(1., 0., 0., 1.) } else { Vec4::new(-1., 0., 0., -1.) }
             );
-            // What was split is otherwise the same vertex.
+            // Split vertices are otherwise the same.
             assert_eq!(mesh.uvs[0][i as usize].x, 1.0 - mesh.positions[i as usize].x.abs());
         }
     }
@@ -267,7 +270,7 @@ fn only_the_coordinate_sets_of_the_material_are_kept() {
 }
 
 #[test]
-fn a_missing_coordinate_set_is_zero_and_told() {
+fn a_missing_coordinate_set_is_zero_with_a_warning() {
     let mut gltf = Gltf::square();
     let texture = gltf.texture();
     let gltf = gltf.material(json!({"emissiveTexture": {"index": texture, "texCoord": 3}}));

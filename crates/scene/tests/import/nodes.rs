@@ -1,4 +1,4 @@
-//! The node hierarchy: transforms, scenes, and what is no tree.
+//! The node hierarchy: transforms, scenes, and graphs that are no tree.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
@@ -87,7 +87,7 @@ fn overflowing_transforms_are_left_out() {
 }
 
 #[test]
-fn what_is_no_tree_is_refused() {
+fn graphs_that_are_no_tree_are_refused() {
     with_nodes(json!([{"mesh": 0, "children": [0]}])).refused(&["node 0", "its own child"]);
     with_nodes(json!([{"children": [1, 2]}, {"children": [2]}, {"mesh": 0}])).refused(&["node 2", "node 0", "node 1"]);
     with_nodes(json!([{"children": [1, 1]}, {"mesh": 0}])).refused(&["node 0", "node 1 twice"]);

@@ -36,7 +36,8 @@ fn moved(mut mesh: Mesh, by: Vec3) -> Mesh {
     mesh
 }
 
-/// Clear glass with a volume as material 0, and a glTF mesh called "pane" of one primitive for each of `meshes`.
+/// Clear glass with a volume as material 0, and a glTF mesh called "pane" of one primitive for each
+/// of `meshes`.
 fn glass(meshes: &[Mesh]) -> Gltf {
     let mut gltf = Gltf::empty();
     gltf.push(
@@ -94,14 +95,15 @@ fn open_meshes_become_thin_walled() {
 
 #[test]
 fn each_part_is_open_by_itself() {
-    // Seen together, windows of the left and the right side would cancel.
+    // Together, windows of the left and the right side would cancel.
     let sides = [sheet(), moved(turned_over(sheet()), Vec3::Z)];
     assert_open(&glass(&sides), "2 of 2 parts,");
 }
 
 #[test]
 fn closed_meshes_keep_their_volume() {
-    // Corners of a cube are apart, for its normals; those of the sphere's seam differ by the sine of 2π.
+    // Corners of a cube are apart, for its normals; those of the sphere's seam differ by the sine
+    // of 2π.
     let closed = [cube(), turned_over(cube()), mesh(Shape::icosphere(2)), mesh(Shape::uv_sphere(16, 8))];
     for mesh in &closed {
         assert_closed(&glass(std::slice::from_ref(mesh)));
@@ -134,7 +136,8 @@ fn primitives_close_each_other() {
 
 #[test]
 fn vertices_along_an_edge_are_no_opening() {
-    // A lid of four triangles with corners at the middle of the box's edges, where the sides have none.
+    // A lid of four triangles with corners at the middle of the box's edges, where the sides have
+    // none.
     let [x, z] = [Vec3::X, Vec3::Z];
     let rim = [Vec3::ZERO, x / 2.0, x, x + z / 2.0, x + z, x / 2.0 + z, z, z / 2.0];
     let positions = [Vec3::splat(0.5) - Vec3::Y / 2.0].into_iter().chain(rim).map(|p| p + Vec3::Y).collect();
@@ -151,7 +154,7 @@ fn vertices_a_rounding_apart_are_one() {
 }
 
 #[test]
-fn small_holes_are_told_and_keep_the_volume() {
+fn small_holes_are_reported_and_keep_the_volume() {
     let mut ball = mesh(Shape::icosphere(4));
     ball.triangles.pop();
     let scene = glass(&[ball]).load();
@@ -181,7 +184,7 @@ fn only_open_parts_of_a_mesh_lose_their_volume() {
     assert_eq!((closed.triangles.len(), open.triangles.len(), open.name.as_str()), (12, 2, "pane"));
     let placed: Vec<usize> = scene.instances.iter().map(|i| i.mesh).collect();
     assert_eq!(placed, [0, 1, 0, 1]);
-    // Vertices took what belongs to them along.
+    // Vertices keep their attributes.
     let corner = |scene: &Scene, mesh: usize, triangle: usize| {
         let mesh = &scene.meshes[mesh];
         mesh.triangles[triangle].map(|v| (mesh.positions[v as usize], mesh.uvs[0][v as usize]))
@@ -210,7 +213,7 @@ fn a_primitive_that_two_meshes_share_is_split_for_both() {
 }
 
 #[test]
-fn what_lets_no_light_in_may_be_open() {
+fn opaque_volumes_may_be_open() {
     let mut gltf = glass(&[sheet()]);
     gltf.json["materials"][0]["extensions"]["KHR_materials_transmission"] = json!({});
     assert_closed(&gltf);

@@ -1,4 +1,4 @@
-//! KHR_animation_pointer: what is read moves, and what cannot move is told and stays.
+//! KHR_animation_pointer: supported properties move, others are reported and stay.
 
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use serde_json::{Value, json};
@@ -146,8 +146,8 @@ fn nodes_move_as_by_channels_of_their_own() {
     animate(&mut gltf, "/nodes/0/scale", &[1., 1., 1.], &[3., 3., 3.]);
     let world = load(&gltf, 0.25).instances[0].to_world;
     let half = DQuat::from_rotation_z(0.5);
-    let twin = DAffine3::from_scale_rotation_translation(DVec3::splat(1.5), half, DVec3::ZERO);
-    assert!(world.abs_diff_eq(twin, 1e-6), "{world:?}");
+    let expected = DAffine3::from_scale_rotation_translation(DVec3::splat(1.5), half, DVec3::ZERO);
+    assert!(world.abs_diff_eq(expected, 1e-6), "{world:?}");
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn fractions_and_splines_are_followed() {
 }
 
 #[test]
-fn what_cannot_move_is_told_once_and_stays() {
+fn unsupported_animations_are_reported_once_and_ignored() {
     let rest = moving().load();
     let stays = |pointer: &str, part: &str| {
         let mut gltf = moving();
@@ -222,7 +222,7 @@ fn what_cannot_move_is_told_once_and_stays() {
         "/materials/0/extensions/KHR_materials_volume_scatter/multiscatterColor",
         "/accessors/0/count",
     ] {
-        stays(pointer, "is no property that animation 0 can move; it stands still");
+        stays(pointer, "is no property that animation 0 can move; it does not move");
     }
     stays("/materials/7/alphaCutoff", "is not animated: the last one is 0");
     stays("/materials/18446744073709551615/alphaCutoff", "is not animated: the last one is 0");
@@ -238,7 +238,7 @@ fn what_cannot_move_is_told_once_and_stays() {
     let mut gltf = moving();
     animate(&mut gltf, "/materials/0/alphaCutoff", &[5.], &[5.]);
     let scene = load(&gltf, 1.0);
-    warned(&scene, "animation 0 moves \"/materials/0/alphaCutoff\" by two channels; the first one counts");
+    warned(&scene, "animation 0 moves \"/materials/0/alphaCutoff\" by two channels; the first one is used");
     assert_eq!(scene.materials[0].alpha_mode, AlphaMode::Mask(1.0));
     let mut gltf = moving();
     gltf.json["animations"] = Value::Null;

@@ -58,7 +58,8 @@ fn morph_targets_are_added_by_their_weights() {
     }
     let normals = posed.meshes[0].normals.as_ref().expect("normals");
     assert!((normals[0] - Vec3::new(1., 0., 1.).normalize()).length() < 1e-6 && normals[1] == Vec3::Z);
-    // A node's weights stand before its mesh's; looks differ, so the mesh is there twice.
+    // A node's weights take precedence over its mesh's; the weights differ, so the mesh is there
+    // twice.
     gltf.json["nodes"] = json!([{"mesh": 0, "weights": [0, 0]}, {"mesh": 0}, {"mesh": 0}]);
     gltf.json["scenes"] = json!([{"nodes": [0, 1, 2]}]);
     let both = gltf.load();
@@ -95,7 +96,7 @@ pub(crate) fn skinned() -> Gltf {
 }
 
 #[test]
-fn a_skin_at_rest_stands_where_its_joints_are() {
+fn a_skin_at_rest_is_where_its_joints_are() {
     let scene = skinned().load();
     assert!(scene.warnings.is_empty());
     // The node's own transform means nothing.
@@ -202,12 +203,12 @@ fn normalised_outputs_and_scales_are_read() {
     let channels = animation["channels"].as_array_mut().expect("array");
     channels.push(json!({"sampler": 1, "target": {"node": 0, "path": "rotation"}}));
     let world = at(&gltf, "move", 0.5).expect("loads").instances[0].to_world;
-    let twin = DAffine3::from_scale_rotation_translation(
+    let expected = DAffine3::from_scale_rotation_translation(
         DVec3::new(2., 3., 4.),
         DQuat::from_xyzw(0., 0., 1., 0.),
         DVec3::ZERO,
     );
-    assert!(world.abs_diff_eq(twin, 1e-12));
+    assert!(world.abs_diff_eq(expected, 1e-12));
 }
 
 #[test]
@@ -223,7 +224,7 @@ fn weights_are_animated() {
 }
 
 #[test]
-fn broken_animations_are_told() {
+fn broken_animations_are_reported() {
     let mut gltf = Gltf::triangle();
     animate(&mut gltf, json!({"node": 0, "path": "translation"}), "LINEAR", &[0., 1.], &[0.; 6], "VEC3");
     let refused = |gltf: &Gltf, name: &str, part: &str| {
@@ -260,7 +261,7 @@ fn integers_as_indices_of_joints_are_read() {
 }
 
 #[test]
-fn keyframes_without_bytes_ask_for_no_memory() {
+fn keyframes_without_bytes_take_no_memory() {
     let mut gltf = Gltf::triangle();
     animate(&mut gltf, json!({"node": 0, "path": "translation"}), "LINEAR", &[0., 1.], &[0.; 6], "VEC3");
     for array in ["input", "output"] {

@@ -6,7 +6,7 @@ use surelight_scene::{LightKind, LoadOptions, Projection, load_bytes};
 use surelight_scenes::{GALLERY, glb};
 
 #[test]
-fn what_is_written_is_read_back() {
+fn written_scenes_are_read_back() {
     for entry in GALLERY {
         let made = (entry.build)();
         let bytes = glb::encode(&made, entry.known).expect("writes");
@@ -33,7 +33,7 @@ fn what_is_written_is_read_back() {
         }
         assert_eq!(read.lights.len(), made.lights.len(), "{}", entry.name);
         for (a, b) in read.lights.iter().zip(&made.lights) {
-            // Likewise the rotation that a light's direction is written as.
+            // The same holds for the rotation that a light's direction is written as.
             let turned = match (a.kind, b.kind) {
                 (LightKind::Directional { direction: a }, LightKind::Directional { direction: b }) => {
                     a.abs_diff_eq(b, 1e-6)

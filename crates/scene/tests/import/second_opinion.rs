@@ -36,7 +36,7 @@ fn gltf_validates_what_the_writer_writes() {
 
 #[test]
 fn gltf_validates_the_documents_of_these_tests() {
-    // It wants the bounds of POSITION, which a reader does not need and the builder leaves out.
+    // It requires the bounds of POSITION, which a reader does not need and the builder leaves out.
     let mut gltf = Gltf::square();
     for accessor in gltf.json["accessors"].as_array_mut().expect("array") {
         accessor["min"] = serde_json::json!([0, 0, 0]);

@@ -1,4 +1,4 @@
-//! Textures: images, samplers, transforms, and images that cannot be had.
+//! Textures: images, samplers, transforms, and missing images.
 
 use glam::Vec2;
 use serde_json::{Value, json};
@@ -44,7 +44,7 @@ fn grey_sixteen_bit_and_jpeg_images_become_rgba8() {
         let mut bytes = std::io::Cursor::new(Vec::new());
         image.write_to(&mut bytes, format).expect("encodes");
         let scene = load(|gltf| {
-            // The MIME type lies; the bytes count.
+            // The MIME type is wrong; the bytes decide.
             let view = gltf.view(bytes.get_ref());
             gltf.json["images"][0] = json!({"bufferView": view, "mimeType": "image/webp"});
         });
@@ -233,7 +233,7 @@ fn grey_and_16_bit_images_become_8_bit_colours() {
     let png = |image| one_pixel(image, ImageFormat::Png, None);
     assert_eq!(png(DynamicImage::ImageLuma8(ImageBuffer::from_pixel(1, 1, Luma([90])))), [90, 90, 90, 255]);
     assert_eq!(png(DynamicImage::ImageLumaA8(ImageBuffer::from_pixel(1, 1, LumaA([90, 7])))), [90, 90, 90, 7]);
-    // 16 bits are rounded to the nearest of 8: 257 n stands for n.
+    // 16 bits are rounded to the nearest of 8: 257 n encodes n.
     let half = 257 * 100 + 128;
     assert_eq!(png(DynamicImage::ImageLuma16(ImageBuffer::from_pixel(1, 1, Luma([half])))), [100, 100, 100, 255]);
     assert_eq!(
@@ -253,14 +253,14 @@ fn webp_textures_load() {
 }
 
 #[test]
-fn webp_stands_before_its_fallback() {
+fn webp_is_preferred_to_its_fallback() {
     let scene = load(|gltf| {
         let blue = gltf.view(&png(1, 1, &[0, 0, 255, 255]));
         let webp = gltf.push("images", json!({"bufferView": blue}));
         gltf.json["textures"][0]["extensions"] = json!({"EXT_texture_webp": {"source": webp}});
         gltf.json["extensionsUsed"] = json!(["EXT_texture_webp"]);
     });
-    // The bytes decide what an image is.
+    // The bytes decide the format of an image.
     assert_eq!(scene.images[0].rgba, [0, 0, 255, 255]);
 }
 

@@ -55,7 +55,8 @@ impl BufferBuilder {
         self.floats("VEC4", values.iter().map(Vec4::to_array))
     }
 
-    /// Three indices a triangle; 16 bits wide where the vertices allow it (65535 is the restart value).
+    /// Three indices a triangle; 16 bits wide where the vertices allow it (65535 is the restart
+    /// value).
     pub(super) fn indices(&mut self, triangles: &[[u32; 3]], vertices: usize) -> usize {
         let flat = triangles.iter().flatten();
         let (bytes, component_type): (Vec<u8>, _) = if vertices <= 0xffff {
@@ -82,7 +83,7 @@ impl BufferBuilder {
     ) -> usize {
         let key = (kind, bytes);
         if let Some(&index) = self.known.get(&key) {
-            // 16- and 32-bit indices cannot be told apart by their bytes alone.
+            // 16- and 32-bit indices cannot be distinguished by their bytes alone.
             let seen = &self.accessors[index];
             if seen.component_type == component_type && seen.count == count {
                 return index;

@@ -1,7 +1,7 @@
 //! The glTF 2.0 JSON document as the writer fills it in: only the properties that it writes.
 //!
-//! Typed structs rather than a JSON map, so that the order of the keys (and with it the bytes of the file) is the order
-//! of the fields here and depends on nothing else.
+//! Typed structs rather than a JSON map, so that the order of the keys (and with it the bytes of
+//! the file) is the order of the fields here and depends on nothing else.
 
 use serde::Serialize;
 

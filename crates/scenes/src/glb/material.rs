@@ -82,7 +82,7 @@ pub(super) fn texture_infos(m: &MaterialEntry) -> impl Iterator<Item = &TextureI
     .chain(m.extensions.layers.texture_infos())
 }
 
-/// Any thickness above 0 says "closed mesh" to a path tracer, which measures distances itself.
+/// Any thickness above 0 means "closed mesh" to a path tracer, which measures distances itself.
 fn volume(volume: &Volume) -> VolumeEntry {
     VolumeEntry {
         thickness_factor: 1.0,

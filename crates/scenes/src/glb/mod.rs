@@ -1,7 +1,8 @@
 //! Encodes a [`Scene`] as a binary glTF 2.0 file: the generated assets, and round trips in tests.
 //!
-//! The bytes are a function of the scene alone: keys in a fixed order, numbers in their shortest form, equal vertex
-//! data stored once. Layout: glTF 2.0 specification, section 4 (GLB file format).
+//! The bytes are a function of the scene alone: keys in a fixed order, numbers in their shortest
+//! form, equal vertex data stored once. Layout: glTF 2.0 specification, section 4 (GLB file
+//! format).
 
 mod buffer;
 mod document;
@@ -37,7 +38,7 @@ pub enum EncodeError {
         /// Its name.
         name: String,
     },
-    /// The writer knows TEXCOORD_0 and TEXCOORD_1 only.
+    /// The writer supports TEXCOORD_0 and TEXCOORD_1 only.
     #[error("mesh {index} (\"{name}\") has {sets} UV sets; at most two can be written")]
     TooManyUvSets {
         /// Index of the mesh.
@@ -58,7 +59,7 @@ pub enum EncodeError {
     Image {
         /// Name of the image.
         name: String,
-        /// What is wrong.
+        /// The defect.
         reason: String,
     },
     /// GLB lengths are 32-bit.
@@ -72,11 +73,12 @@ pub enum EncodeError {
     Json(#[from] serde_json::Error),
 }
 
-/// A valid .glb of the scene: meshes (one primitive each), instances as nodes with a matrix, materials with their
-/// extensions, textures as embedded PNG, cameras and punctual lights.
+/// A valid .glb of the scene: meshes (one primitive each), instances as nodes with a matrix,
+/// materials with their extensions, textures as embedded PNG, cameras and punctual lights.
 ///
-/// `notes` goes to `asset.extras.notes` (nothing is written when it is empty). What glTF cannot hold stays out:
-/// [`Scene::environment`], `extensions` and `warnings`. Matrices are written in f32 precision, as readers keep them.
+/// `notes` goes to `asset.extras.notes` (nothing is written when it is empty). Left out, because
+/// glTF has no place for them: [`Scene::environment`], `extensions` and `warnings`. Matrices are
+/// written in f32 precision, as readers keep them.
 pub fn encode(scene: &Scene, notes: &str) -> Result<Vec<u8>, EncodeError> {
     let mut buffer = BufferBuilder::default();
     let meshes = scene
@@ -255,8 +257,8 @@ fn camera_entry(camera: &Camera, scene: &Scene) -> CameraEntry {
     }
 }
 
-/// The near plane of a camera that clips nothing, as a share of its [`reach`]: before all that it
-/// sees.
+/// The near plane of a camera that clips nothing, as a share of its [`reach`]: nearer than all
+/// geometry.
 const NEAR_SHARE: f64 = 1e-6;
 
 /// Distance from a camera to the farthest corner of the scene's box; 1 where there is nothing.
@@ -300,8 +302,8 @@ fn light_entry(light: &Light) -> LightEntry {
     LightEntry { name: light.name.clone(), kind, color, intensity, spot }
 }
 
-/// A colour as a factor in [0, 1] and a strength ≥ 1 that is a power of two, so that their f32 product is the colour
-/// again, bit for bit.
+/// A colour as a factor in [0, 1] and a strength ≥ 1 that is a power of two, so that their f32
+/// product is the colour again, bit for bit.
 fn split_strength(color: [f32; 3]) -> ([f32; 3], f32) {
     let most = color.iter().fold(1.0f32, |a, &b| a.max(b));
     let mut strength = 1.0f32;
@@ -311,7 +313,7 @@ fn split_strength(color: [f32; 3]) -> ([f32; 3], f32) {
     (color.map(|c| c / strength), strength)
 }
 
-/// The shortest decimal of the f32 nearest to `x`, as f64: what readers make of it is that f32.
+/// The shortest decimal of the f32 nearest to `x`, as f64: readers turn it into that f32.
 fn short(x: f64) -> f64 {
     (x as f32).to_string().parse().unwrap_or(x)
 }

@@ -1,4 +1,4 @@
-//! What the writer writes, the importer reads back.
+//! Scenes that the encoder writes and the importer reads back.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The writer's bytes, taken apart again by hand.
+//! The encoder's bytes, parsed by the test itself.
 
 use glam::{Affine2, DVec3, Mat2, Vec2, Vec3};
 use serde_json::Value;

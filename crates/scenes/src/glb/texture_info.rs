@@ -59,8 +59,9 @@ pub(super) fn normal_info(
 
 /// Splits into KHR_texture_transform's offset, rotation and scale.
 ///
-/// The extension's matrix is T·R·S with R = [cos, sin; −sin, cos] by rows (v points down, so that a positive angle
-/// turns counter-clockwise as seen). `None` where the axes are not perpendicular.
+/// The extension's matrix is T·R·S with R = [cos, sin; −sin, cos] by rows (v points down, so that a
+/// positive angle turns counter-clockwise in the image). `None` where the axes are not
+/// perpendicular.
 fn texture_transform(transform: &Affine2) -> Option<TextureTransform> {
     let (x_axis, y_axis) = (transform.matrix2.x_axis, transform.matrix2.y_axis);
     let (sx, length_y) = (x_axis.length(), y_axis.length());

@@ -86,7 +86,7 @@ fn white_sky(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Looks down from 5 m above, +X to the right.
+/// The camera is 5 m above, facing down, +X to the right.
 fn from_above(half_width: f64, half_height: f64) -> Camera {
     let turn = DMat3::from_quat(DQuat::from_rotation_x(-FRAC_PI_2));
     Camera {
@@ -116,7 +116,7 @@ fn ggx_mirror() -> Scene {
         let material = b.material(metal(name, [0.9, 0.5, 0.1], alpha));
         b.add(name, Shape::parallelogram(DVec3::X * x, DVec3::X * 0.5, DVec3::NEG_Z), material);
     }
-    // Behind the plates, where the camera's mirror image looks.
+    // Behind the plates, in the view of the camera's mirror image.
     b.add("lamp", Shape::parallelogram(DVec3::new(0.0, 3.0, -3.0), DVec3::X * 4.0, DVec3::new(0.0, 3.0, 0.0)), lamp);
     let mut scene = b.finish();
     let turn = DMat3::from_quat(DQuat::from_rotation_x(-0.5 * FRAC_PI_2));
@@ -139,10 +139,12 @@ fn glass_sphere_furnace() -> Scene {
     white_sky(b.finish())
 }
 
-/// Water over a black bed, its surface 1 m above a camera that looks straight up, under a lamp so large that it is the sky.
+/// Water over a black bed, its surface 1 m above a camera that faces straight up, under a lamp as
+/// large as the sky.
 ///
-/// Snell's law sends directions within asin(1/n) of the vertical up to the lamp, the others back down into darkness. Radiance is
-/// n² times as large within the water (Veach 1997, section 5.2), so that the picture shows n²·(1 − F).
+/// Snell's law sends directions within asin(1/n) of the vertical up to the lamp, the others back
+/// down into darkness. Radiance is n² times as large within the water (Veach 1997, section 5.2), so
+/// that the picture shows n²·(1 − F).
 pub fn tir_cone(ior: f32) -> Scene {
     let mut b = Builder::new("tir-cone");
     let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
@@ -172,7 +174,7 @@ fn sheets(b: &mut Builder, alpha: f32) {
     }
 }
 
-/// Sheets of cover `alpha` between a lamp and the camera, which look at one another.
+/// Sheets of coverage `alpha` between a lamp and the camera, which face each other.
 pub fn alpha_64(alpha: f32) -> Scene {
     let mut b = Builder::new("alpha-64");
     sheets(&mut b, alpha);
@@ -183,7 +185,8 @@ pub fn alpha_64(alpha: f32) -> Scene {
     scene
 }
 
-/// The same sheets between a floor (ρ = 0.5) and parallel light of 1 lux from straight above, seen from below them: ρ/π·(1 − α)⁶⁴.
+/// The same sheets between a floor (ρ = 0.5) and parallel light of 1 lux from straight above,
+/// viewed from below them: ρ/π·(1 − α)⁶⁴.
 pub fn alpha_64_shadow(alpha: f32) -> Scene {
     let mut b = Builder::new("alpha-64-shadow");
     sheets(&mut b, alpha);

@@ -104,7 +104,7 @@ pub const CASES: &[Case] = &[
             name: "coplanar-twins",
             shows: "A floor and a block whose every triangle is there twice, under a lamp.",
             known: "The picture is that of the single surfaces. It has no closed form.",
-            build: || coplanar_twins(Twins::Surfaces),
+            build: || coplanar_twins(DuplicatedPart::Surfaces),
         },
     ),
     Case::new(
@@ -128,7 +128,8 @@ fn blazing(mut scene: Scene) -> Scene {
     scene
 }
 
-/// A closed black ball of 1,280 triangles about `middle`, seen from within: from near its wall where it stands off the origin.
+/// A closed black ball of 1,280 triangles about `middle`, viewed from within: from near its wall
+/// where it is off the origin.
 pub fn watertight_inside(middle: DVec3) -> Scene {
     let off_origin = middle != DVec3::ZERO;
     let mut b = Builder::new(if off_origin { "vertex-edge-aim" } else { "watertight-inside" });
@@ -159,7 +160,7 @@ pub fn respawn() -> Scene {
 /// Relative width of the gap of [`concentric`].
 pub const GAP: f64 = 4e-5;
 
-/// Two balls with a gap between them; the camera stands in it.
+/// Two balls with a gap between them; the camera is in it.
 pub fn concentric() -> Scene {
     let mut b = Builder::new("concentric-4e-5");
     let wall = b.material(lambert("wall", [0.9; 3]));
@@ -195,7 +196,7 @@ pub fn needle() -> Scene {
     b.finish()
 }
 
-/// What is wrong with some triangles of [`degenerate`].
+/// The defects of some triangles of [`degenerate`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defects {
     /// Nothing.
@@ -213,7 +214,7 @@ pub fn degenerate(defects: Defects) -> Scene {
     let ball = b.material(lambert("ball", [0.8, 0.5, 0.3]));
     let lamp = b.material(emitter("lamp", [8.0, 7.0, 6.0]));
     let spoilt = |mut shape: Shape| {
-        // Flat, so that what is added needs no normals.
+        // Flat, so that added triangles need no normals.
         shape.normals.clear();
         let n = shape.positions.len() as u32;
         let [p, q] = [shape.positions[0], shape.positions[1]];
@@ -236,7 +237,8 @@ pub fn degenerate(defects: Defects) -> Scene {
     b.finish()
 }
 
-/// `n` triangles about the origin, turned at random, each smaller than the one before, from size 1 to 2^-120.
+/// `n` triangles about the origin, turned at random, each smaller than the one before, from size 1
+/// to 2^-120.
 pub fn same_centroid(n: u32) -> Scene {
     let mut b = Builder::new("same-centroid-1e6");
     let material = b.material(lambert("triangle", [0.5; 3]));
@@ -273,7 +275,8 @@ pub fn axis_aligned_rays() -> Scene {
     scene
 }
 
-/// Placements of [`instance_vs_baked`]: of a mesh of radius 1000 where even, of radius 1/1000 where odd.
+/// Placements of [`instance_vs_baked`]: of a mesh of radius 1000 where even, of radius 1/1000 where
+/// odd.
 fn placements() -> impl Iterator<Item = DAffine3> {
     (0..8).map(|k| {
         let at = DVec3::new(f64::from(k % 4) * 2.2 - 3.3, 0.0, f64::from(k / 4) * 2.2 - 1.1);
@@ -303,29 +306,29 @@ pub fn instance_vs_baked() -> Scene {
     b.finish()
 }
 
-/// What of [`coplanar_twins`] is there twice.
+/// The duplicated part of [`coplanar_twins`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Twins {
+pub enum DuplicatedPart {
     /// Nothing.
     None,
-    /// What reflects.
+    /// The reflecting surfaces.
     Surfaces,
-    /// What shines.
+    /// The lamp.
     Lamp,
 }
 
-/// A block on a floor under a lamp, some of it twice in the same place.
-pub fn coplanar_twins(twins: Twins) -> Scene {
+/// A block on a floor under a lamp, part of it twice in the same place.
+pub fn coplanar_twins(duplicated: DuplicatedPart) -> Scene {
     let mut b = Builder::new("coplanar-twins");
     let floor = b.material(lambert("floor", [0.5, 0.6, 0.7]));
     let block = b.material(lambert("block", [0.8, 0.5, 0.3]));
     let lamp = b.material(emitter("lamp", [8.0, 7.0, 6.0]));
-    let surfaces = if twins == Twins::Surfaces { 2 } else { 1 };
+    let surfaces = if duplicated == DuplicatedPart::Surfaces { 2 } else { 1 };
     for _ in 0..surfaces {
         b.add("floor", Shape::parallelogram(DVec3::NEG_Y, DVec3::X * 4.0, DVec3::NEG_Z * 4.0), floor);
         b.add("block", Shape::cuboid(DVec3::new(-1.0, -1.0, -0.7), DVec3::new(0.6, 0.5, 0.7)), block);
     }
-    for _ in 0..if twins == Twins::Lamp { 2 } else { 1 } {
+    for _ in 0..if duplicated == DuplicatedPart::Lamp { 2 } else { 1 } {
         b.add("lamp", Shape::parallelogram(DVec3::new(1.0, 3.0, 1.0), DVec3::X, DVec3::Z), lamp);
     }
     b.camera(DVec3::new(1.0, 2.0, 6.0), DVec3::ZERO, 40.0, 1.0);

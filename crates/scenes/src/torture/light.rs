@@ -87,7 +87,8 @@ fn contact_lamp() -> [DVec3; 4] {
     [(-1.0, 0.0), (1.0, 0.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0))
 }
 
-/// A lamp of 2 m × 1 m that stands upright on the floor and faces +Z; the camera sees a quarter of a square metre before it.
+/// A lamp of 2 m × 1 m, upright on the floor, that faces +Z; the picture is a quarter of a square
+/// metre in front of it.
 pub fn contact_light() -> Scene {
     let mut b = Builder::new("contact-light");
     floor(&mut b);
@@ -146,8 +147,8 @@ pub fn linearity_radiance(n: u32, points: &[[f64; 2]]) -> Vec<f64> {
     points.iter().map(at).collect()
 }
 
-/// Lamps of [`many_lamps`], each a triangle that faces the floor, and its radiance. They stand in cells of one plane, so that none
-/// hides another.
+/// Lamps of [`many_lamps`], each a triangle that faces the floor, and its radiance. They are in
+/// cells of one plane, so that none hides another.
 fn lamps(n: u32) -> Vec<([DVec3; 3], f64)> {
     let mut random = SplitMix::new(38);
     let columns = f64::from(n).sqrt().ceil();
@@ -176,7 +177,7 @@ pub fn many_lamps(n: u32, only: Option<u32>) -> Scene {
         }
     }
     let mut scene = b.finish();
-    // From below the lamps, so that none is seen.
+    // From below the lamps, so that none is visible.
     let turn = DMat3::from_quat(DQuat::from_rotation_x(-FRAC_PI_2));
     scene.cameras.push(Camera {
         name: "camera".to_owned(),
@@ -197,10 +198,11 @@ pub fn many_lamps_radiance(n: u32, points: &[[f64; 2]]) -> Vec<f64> {
     points.iter().map(at).collect()
 }
 
-/// A globe of clear glass 1 m above a floor, and in it a point light, or a shining ball of this radius in metres and the same power.
+/// A globe of clear glass 1 m above a floor, and in it a point light, or a shining ball of this
+/// radius in metres and the same power.
 ///
-/// Between the light and the first surface that scatters, and between that and the camera, stands nothing but specular surfaces and
-/// diffuse ones: L S D E (Heckbert 1990). No point on the light can be connected with the floor.
+/// All paths from the light to the camera are of the class L S D E (Heckbert 1990). No point on the
+/// light can be connected with the floor.
 pub fn sds(radius: Option<f64>) -> Scene {
     let mut b = Builder::new("sds");
     floor(&mut b);

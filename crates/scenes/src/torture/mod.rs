@@ -1,7 +1,9 @@
-//! Scenes that are built to break a path tracer: the torture list, one generator a case, each with its closed form.
+//! Scenes that are built to break a path tracer: the torture list, one generator per case, each
+//! with its closed form.
 //!
-//! The list and the tests that hold it, case by case, are in `docs/testing.md`; tests of the same names are in
-//! `tests/torture`. Cases whose file is small are committed as `assets/torture/NAME.glb`.
+//! The list and the tests that hold it, case by case, are in `docs/testing.md`; tests of the same
+//! names are in `tests/torture`. Cases whose file is small are committed as
+//! `assets/torture/NAME.glb`.
 
 pub mod accumulation;
 pub mod bsdf;
@@ -19,9 +21,10 @@ use crate::Entry;
 pub struct Case {
     /// Its number in the list, from 1.
     pub number: u32,
-    /// Its name, what it shows, what is known of it, and its generator.
+    /// Its name, its subject, its closed form, and its generator.
     pub entry: Entry,
-    /// Whether it is committed as `assets/torture/NAME.glb`; not so where glTF cannot hold it or where it is huge.
+    /// Whether it is committed as `assets/torture/NAME.glb`; not so where glTF cannot hold it or
+    /// where it is huge.
     pub file: bool,
 }
 

@@ -96,15 +96,16 @@ pub const FURNACE_REFLECTANCE: [f32; 3] = [0.8, 0.45, 0.36];
 /// Radiance of the sky of [`zero_variance_furnace`].
 pub const FURNACE_SKY: [f32; 3] = [1.0, 2.0, 0.3];
 
-/// A faceted ball of reflectance ρ under a sky L: ρ·L in each sample that meets it, since a convex body reflects light once and
-/// the weight of a direction sampled by the cosine is ρ itself.
+/// A faceted ball of reflectance ρ under a sky L: ρ·L in each sample that hits it, since a convex
+/// body reflects light once and the weight of a direction sampled by the cosine is ρ itself.
 pub fn zero_variance_furnace() -> Scene {
     let mut scene = named("zero-variance-furnace", probes::convex_furnace(FURNACE_REFLECTANCE, 3));
     scene.environment = Some(Environment::Uniform(FURNACE_SKY));
     scene
 }
 
-/// The furnace moved by its nodes, camera included. The camera stands on a grid that f32 keeps at 2^20.
+/// The furnace moved by its nodes, camera included. The camera is on a grid that f32 represents at
+/// 2^20.
 pub fn far_origin(by: DVec3) -> Scene {
     let mut scene = named("far-origin", furnace::furnace());
     scene.cameras[0].to_world.translation = DVec3::new(0.25, 0.25, 0.875) + by;
@@ -122,7 +123,7 @@ pub fn tiny_scene(scale: f64) -> Scene {
     scene
 }
 
-/// Lobes and lights of every kind, to be asked with the ends of the random numbers' range.
+/// Lobes and lights of every kind, to be sampled with the ends of the random numbers' range.
 pub fn u_endpoints() -> Scene {
     let mut b = Builder::new("u-endpoints");
     let clear = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
@@ -161,7 +162,8 @@ pub fn dot_above_one_radiance() -> [f64; 3] {
     PLATE_F0.map(|f0| f64::from(f0) * f64::from(PLATE_IRRADIANCE) / (4.0 * PI * alpha * alpha))
 }
 
-/// Plate, camera and light turned together: in f32, unit vectors then have lengths 1 ± 1 ULP and cosines come out above 1.
+/// Plate, camera and light turned together: in f32, unit vectors then have lengths 1 ± 1 ULP and
+/// cosines come out above 1.
 pub fn dot_above_one(turn: DQuat) -> Scene {
     let mut b = Builder::new("dot-above-one");
     let [x, y, z] = DMat3::from_quat(turn).to_cols_array_2d().map(DVec3::from);
@@ -177,8 +179,8 @@ pub fn dot_above_one(turn: DQuat) -> Scene {
 /// Radiance of the wall of [`nan_quarantine`].
 pub const QUARANTINE_WALL: [f32; 3] = [0.25, 0.5, 1.0];
 
-/// A wall, and before it a mirror at 45° that shines with `radiance` and shows a lamp beside the view that does, too. 0 for the same
-/// picture without any bad sample: the mirror then is black.
+/// A wall, and before it a mirror at 45° that shines with `radiance` and shows a lamp beside the
+/// view that does, too. 0 for the same picture without any bad sample: the mirror then is black.
 pub fn nan_quarantine(radiance: f32) -> Scene {
     let mut b = Builder::new("nan-quarantine");
     let wall = b.material(emitter("wall", QUARANTINE_WALL));

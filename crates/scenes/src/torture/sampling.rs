@@ -1,4 +1,4 @@
-//! What estimators and their error bars make of rare, deep or many paths: cases 20 to 26.
+//! Estimators and their error bars with rare, deep or many paths: cases 20 to 26.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,8 +10,8 @@ use crate::builder::{Builder, emitter, lambert};
 use crate::shapes::Shape;
 use crate::{Entry, cornell_box, furnace, polygon_irradiance};
 
-/// The group's cases. The χ² tests (20) are of sampling routines and have no scene; the Cornell box of 21, 25 and 26 is
-/// `assets/cornell-box.glb`.
+/// The group's cases. The χ² tests (20) are of sampling routines and have no scene; the Cornell box
+/// of 21, 25 and 26 is `assets/cornell-box.glb`.
 pub const CASES: &[Case] = &[
     Case::generated(21, cornell("hemisphere-area-mis", "Every unbiased estimator has one mean.")),
     Case::new(
@@ -64,8 +64,8 @@ const RADIANCE: f32 = 10.0;
 /// Reflectance of its floor.
 const REFLECTANCE: f32 = 0.5;
 
-/// A floor under a square lamp at height 1 that a share `p` of uniform directions meets, and the radiance that all pixels see: the
-/// picture is of a spot so small that they see the same.
+/// A floor under a square lamp at height 1 that a share `p` of uniform directions hits, and the
+/// radiance of all pixels: the picture is of a spot so small that they are equal.
 pub fn spot(p: f64) -> (Scene, f64) {
     let half = 0.5 * (TAU * p).sqrt();
     let mut b = Builder::new(&format!("a lamp met by {p:.4} of directions"));

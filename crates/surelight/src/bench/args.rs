@@ -76,8 +76,8 @@ pub(crate) struct BenchArgs {
 
     /// Compare with an older report; exit code 4 means a regression
     ///
-    /// Speed, accuracy and the picture's mean are compared. Without a scene, the report in the
-    /// folder is compared as it is.
+    /// Speed, accuracy and the picture's mean are compared. Without a scene, the existing report in
+    /// the folder is compared.
     #[arg(long, value_name = "OLD/data.json")]
     pub(crate) compare: Option<PathBuf>,
 
@@ -150,7 +150,7 @@ fn vary(text: &str) -> Result<String, String> {
 }
 
 impl BenchArgs {
-    /// What `--vary` asks for.
+    /// The variations of `--vary`.
     pub(crate) fn variations(&self) -> Variations {
         let mut variations = Variations::default();
         for text in &self.vary {
@@ -160,7 +160,7 @@ impl BenchArgs {
         variations
     }
 
-    /// What is wrong with the combination, if anything.
+    /// The error in the combination, if any.
     pub(crate) fn conflict(&self) -> Option<String> {
         let mut variations = Variations::default();
         if let Some(wrong) = self.vary.iter().find_map(|text| variations.add(text).err()) {

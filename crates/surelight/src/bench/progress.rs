@@ -12,7 +12,7 @@ use crate::progress::human;
 const STEPS: u64 = 1000;
 
 /// Seconds between lines of a log.
-const LOG_EVERY: f64 = 15.0;
+const LOG_INTERVAL_SECONDS: f64 = 15.0;
 
 /// A bar where someone watches, lines of a log where not, or nothing.
 pub(super) enum Progress {
@@ -35,7 +35,7 @@ impl Progress {
         Self::Bar { bar, scenes }
     }
 
-    /// Shows how the race on a scene stands.
+    /// Shows the progress of the race on a scene.
     pub(super) fn update(&mut self, scene: &str, number: usize, status: &Status) {
         match self {
             Self::Quiet => {}
@@ -44,7 +44,7 @@ impl Progress {
                 bar.set_message(sentence(scene, number, *scenes, status));
             }
             Self::Log { last, scenes } => {
-                if last.is_none_or(|last| last.elapsed().as_secs_f64() >= LOG_EVERY) {
+                if last.is_none_or(|last| last.elapsed().as_secs_f64() >= LOG_INTERVAL_SECONDS) {
                     *last = Some(Instant::now());
                     console::note(&sentence(scene, number, *scenes, status));
                 }

@@ -1,4 +1,4 @@
-//! What a comparison tells, for people and for programs.
+//! The report of a comparison, as text and as JSON.
 
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -33,11 +33,11 @@ pub(super) struct Report {
     rel_mse: f64,
     smape: f64,
     flip: f64,
-    /// `null` where an image does not know its errors.
+    /// `null` where an image has no error estimate.
     verdict: Option<Judgement>,
     /// `null` without `--plan`, without a verdict, and where there is no noise or no light.
     plan: Option<Plan>,
-    /// What to know when reading the rest.
+    /// Notes on the rest.
     notes: Vec<String>,
 }
 
@@ -67,14 +67,14 @@ struct Judgement {
     different_tiles: Vec<Different>,
 }
 
-/// What it takes to see a bias.
+/// The samples that it takes to detect a bias.
 #[derive(Debug, Serialize)]
 struct Plan {
     /// Of the whole picture, relative.
     bias: f64,
     /// How many times the samples that the images have; below 1 where fewer would do.
     times: f64,
-    /// Samples a pixel of A and B; `null` where an image does not say how many it has.
+    /// Samples per pixel of A and B; `null` where an image does not state them.
     samples: [Option<f64>; 2],
 }
 
@@ -146,16 +146,16 @@ impl Report {
     }
 }
 
-/// What to know of two files before believing the rest.
+/// Notes on two files that qualify the rest.
 fn notes(names: &[String; 2], metadata: &[Option<Metadata>; 2], pictures: [&Picture; 2]) -> Vec<String> {
     let mut notes = Vec::new();
     let known = pictures.map(|picture| picture.variance.is_some());
     for (name, picture) in names.iter().zip(pictures) {
         if picture.variance.is_none() {
-            notes.push(format!("{name} does not know its variance, so there is no verdict"));
+            notes.push(format!("{name} has no variance, so there is no verdict"));
         } else if picture.tail.is_none() {
             notes.push(format!(
-                "{name} does not know its tails (Tail.K): the verdict takes its variance to be right, \
+                "{name} has no tails (Tail.K): the verdict treats its variance as exact, \
                  as it is not where light comes by rare, bright samples"
             ));
         }
@@ -206,7 +206,7 @@ impl Display for Plan {
             Significant(self.times)
         )?;
         let [a, b] = self.samples.map(|n| n.map_or("an unknown number".into(), |n| format!("{n}")));
-        write!(f, " these samples: {a} a pixel in A and {b} in B")
+        write!(f, " these samples: {a} per pixel in A and {b} in B")
     }
 }
 
@@ -244,10 +244,11 @@ impl Judgement {
         }
     }
 
-    /// What differs, in words.
+    /// The differences, in words.
     fn findings(&self) -> String {
         let whole = self.pooled.iter().filter(|test| test.p < self.pooled_level);
-        let mut found: Vec<_> = whole.map(|test| format!("the mean in {} (p {})", test.channel, P(test.p))).collect();
+        let mut found: Vec<_> =
+            whole.map(|test| format!("the mean in {} (p {})", test.channel, PValue(test.p))).collect();
         if let Some(worst) = self.different_tiles.first() {
             let relative = match worst.relative {
                 relative if relative.is_finite() => format!("{} % in {}", Signed(100.0 * relative), worst.channel),
@@ -259,7 +260,7 @@ impl Judgement {
                 self.tiles,
                 worst.x,
                 worst.y,
-                P(worst.p)
+                PValue(worst.p)
             ));
         }
         found.join("; ")
@@ -278,7 +279,7 @@ impl Display for Report {
         writeln!(f, "RMSE      {:.4e}", self.rmse)?;
         writeln!(f, "relMSE    {:.4e}", self.rel_mse)?;
         writeln!(f, "SMAPE     {:.4e}", self.smape)?;
-        writeln!(f, "FLIP      {:.4} (what an eye sees; it hides bias)", self.flip)?;
+        writeln!(f, "FLIP      {:.4} (visible difference; it hides bias)", self.flip)?;
         if self.skipped > 0 {
             writeln!(f, "skipped   {} pixels that are not finite", self.skipped)?;
         }
@@ -297,7 +298,7 @@ impl Display for Report {
         }
         writeln!(
             f,
-            "power     9 times in 10 a bias of {} % of the picture would have been seen, or of {} % in one tile of {s}x{s}",
+            "power     9 times in 10 a bias of {} % of the picture would have been detected, or of {} % in one tile of {s}x{s}",
             Significant(100.0 * verdict.detectable),
             Significant(100.0 * verdict.detectable_in_tile),
             s = verdict.tile
@@ -315,9 +316,9 @@ impl Display for Report {
 }
 
 /// A p-value: to two digits, however small.
-struct P(f64);
+struct PValue(f64);
 
-impl Display for P {
+impl Display for PValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0 < 1e-300 { write!(f, "< 1e-300") } else { write!(f, "{:.1e}", self.0) }
     }

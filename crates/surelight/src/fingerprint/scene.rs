@@ -1,4 +1,4 @@
-//! The hash of a scene: the bits of its values, field by field, whatever their types print as.
+//! The hash of a scene: the bits of its values, field by field, independent of `Debug` output.
 
 use std::sync::Arc;
 
@@ -10,23 +10,24 @@ use surelight_scene::{
 
 use super::Hash;
 
-/// Hash of everything in a scene that shows, as 16 hexadecimal digits. The same on every machine; not for security.
+/// Hash of all visible content of a scene, as 16 hexadecimal digits. The same on every machine; not
+/// for security.
 pub(crate) fn of(scene: &Scene) -> String {
     let mut hash = Hash::new();
-    scene.feed(&mut hash);
+    scene.hash_into(&mut hash);
     hash.digits()
 }
 
 /// A value that a hash is made of.
-trait Feed {
-    fn feed(&self, hash: &mut Hash);
+trait HashInput {
+    fn hash_into(&self, hash: &mut Hash);
 }
 
-/// Unsigned integers, and what has a fixed pattern of bits.
+/// Unsigned integers, and values with a fixed pattern of bits.
 macro_rules! words {
     ($($type:ty: |$value:ident| $word:expr),+ $(,)?) => {$(
-        impl Feed for $type {
-            fn feed(&self, hash: &mut Hash) {
+        impl HashInput for $type {
+            fn hash_into(&self, hash: &mut Hash) {
                 let $value = *self;
                 hash.word($word);
             }
@@ -54,9 +55,9 @@ words! {
 /// Vectors and matrices, as arrays.
 macro_rules! arrays {
     ($($type:ty: $array:ident),+ $(,)?) => {$(
-        impl Feed for $type {
-            fn feed(&self, hash: &mut Hash) {
-                self.$array().feed(hash);
+        impl HashInput for $type {
+            fn hash_into(&self, hash: &mut Hash) {
+                self.$array().hash_into(hash);
             }
         }
     )+};
@@ -71,13 +72,14 @@ arrays! {
     DAffine3: to_cols_array,
 }
 
-/// Structures. The list names every field, or the pattern does not compile; `but` those that do not show.
+/// Structures. The list names every field, or the pattern does not compile; `but` those that do not
+/// show.
 macro_rules! fields {
     ($($type:ty { $($field:ident),+ $(; but $($hidden:ident),+)? })+) => {$(
-        impl Feed for $type {
-            fn feed(&self, hash: &mut Hash) {
+        impl HashInput for $type {
+            fn hash_into(&self, hash: &mut Hash) {
                 let Self { $($field,)+ $($($hidden: _,)+)? } = self;
-                $($field.feed(hash);)+
+                $($field.hash_into(hash);)+
             }
         }
     )+};
@@ -110,97 +112,97 @@ fields! {
     EnvironmentMap { width, height, texels }
 }
 
-impl Feed for AlphaMode {
-    fn feed(&self, hash: &mut Hash) {
+impl HashInput for AlphaMode {
+    fn hash_into(&self, hash: &mut Hash) {
         match self {
             Self::Opaque => hash.word(0),
             Self::Mask(cutoff) => {
                 hash.word(1);
-                cutoff.feed(hash);
+                cutoff.hash_into(hash);
             }
             Self::Blend => hash.word(2),
         }
     }
 }
 
-impl Feed for LightKind {
-    fn feed(&self, hash: &mut Hash) {
+impl HashInput for LightKind {
+    fn hash_into(&self, hash: &mut Hash) {
         match self {
             Self::Point { position } => {
                 hash.word(0);
-                position.feed(hash);
+                position.hash_into(hash);
             }
             Self::Spot { position, direction, inner, outer } => {
                 hash.word(1);
-                [position, direction].feed(hash);
-                [inner, outer].feed(hash);
+                [position, direction].hash_into(hash);
+                [inner, outer].hash_into(hash);
             }
             Self::Directional { direction } => {
                 hash.word(2);
-                direction.feed(hash);
+                direction.hash_into(hash);
             }
         }
     }
 }
 
-impl Feed for Environment {
-    fn feed(&self, hash: &mut Hash) {
+impl HashInput for Environment {
+    fn hash_into(&self, hash: &mut Hash) {
         match self {
             Self::Uniform(radiance) => {
                 hash.word(0);
-                radiance.feed(hash);
+                radiance.hash_into(hash);
             }
             Self::Map { map, rotation, scale } => {
                 hash.word(1);
-                map.feed(hash);
-                [rotation, scale].feed(hash);
+                map.hash_into(hash);
+                [rotation, scale].hash_into(hash);
             }
         }
     }
 }
 
-impl Feed for String {
-    fn feed(&self, hash: &mut Hash) {
+impl HashInput for String {
+    fn hash_into(&self, hash: &mut Hash) {
         hash.bytes(self.as_bytes());
     }
 }
 
 /// Eight bytes at once: images are large.
-impl Feed for Vec<u8> {
-    fn feed(&self, hash: &mut Hash) {
+impl HashInput for Vec<u8> {
+    fn hash_into(&self, hash: &mut Hash) {
         hash.bytes(self);
     }
 }
 
-impl<T: Feed> Feed for &T {
-    fn feed(&self, hash: &mut Hash) {
-        (*self).feed(hash);
+impl<T: HashInput> HashInput for &T {
+    fn hash_into(&self, hash: &mut Hash) {
+        (*self).hash_into(hash);
     }
 }
 
-impl<T: Feed> Feed for Arc<T> {
-    fn feed(&self, hash: &mut Hash) {
-        (**self).feed(hash);
+impl<T: HashInput> HashInput for Arc<T> {
+    fn hash_into(&self, hash: &mut Hash) {
+        (**self).hash_into(hash);
     }
 }
 
-impl<T: Feed> Feed for Option<T> {
-    fn feed(&self, hash: &mut Hash) {
-        self.is_some().feed(hash);
-        self.iter().for_each(|value| value.feed(hash));
+impl<T: HashInput> HashInput for Option<T> {
+    fn hash_into(&self, hash: &mut Hash) {
+        self.is_some().hash_into(hash);
+        self.iter().for_each(|value| value.hash_into(hash));
     }
 }
 
-impl<T: Feed, const N: usize> Feed for [T; N] {
-    fn feed(&self, hash: &mut Hash) {
-        self.iter().for_each(|value| value.feed(hash));
+impl<T: HashInput, const N: usize> HashInput for [T; N] {
+    fn hash_into(&self, hash: &mut Hash) {
+        self.iter().for_each(|value| value.hash_into(hash));
     }
 }
 
-impl<T: Feed> Feed for Vec<T> {
-    fn feed(&self, hash: &mut Hash) {
+impl<T: HashInput> HashInput for Vec<T> {
+    fn hash_into(&self, hash: &mut Hash) {
         hash.word(self.len() as u64);
-        self.iter().for_each(|value| value.feed(hash));
+        self.iter().for_each(|value| value.hash_into(hash));
     }
 }
 

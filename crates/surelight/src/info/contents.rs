@@ -1,11 +1,11 @@
-//! What a scene holds, counted.
+//! Counts of a scene's contents.
 
 use std::fmt::{self, Display};
 
 use serde::Serialize;
 use surelight_scene::{Camera, ClipRange, Environment, Light, LightKind, Projection, Scene};
 
-/// What a scene holds.
+/// The contents of a scene.
 #[derive(Debug, Serialize)]
 pub(super) struct Contents {
     meshes: usize,

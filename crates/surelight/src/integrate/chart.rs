@@ -9,7 +9,8 @@ pub(super) struct Series {
     pub(super) points: Vec<(f64, f64)>,
 }
 
-/// Okabe & Ito's colours, told apart by the colour-blind; dashes and marks tell them apart in grey.
+/// Okabe & Ito's colours, which the colour-blind can distinguish; dashes and marks distinguish them
+/// in grey.
 const STYLES: [(&str, &str, Mark); 6] = [
     ("#000000", "", Mark::Circle),
     ("#0072B2", "7 3", Mark::Square),
@@ -64,7 +65,7 @@ impl Axis {
     }
 }
 
-/// Draws the chart. `error` says what counts as one.
+/// Draws the chart. `error` names the measure of error.
 pub(super) fn draw(title: &str, error: &str, series: &[Series]) -> String {
     let shown = |s: &Series| -> Vec<(f64, f64)> {
         s.points.iter().copied().filter(|&(n, e)| n > 0.0 && e > 0.0 && e.is_finite()).collect()

@@ -1,4 +1,4 @@
-//! What `surelight integrate` tells.
+//! The report of `surelight integrate`.
 
 use std::fmt::{self, Display};
 
@@ -37,7 +37,7 @@ pub(super) struct Row {
     pub(super) seconds: f64,
     /// Values counted as 0 because they were not finite.
     pub(super) non_finite: u64,
-    /// Evaluations and error at ever more evaluations, where a chart was asked for.
+    /// Evaluations and error at ever more evaluations, where a chart was requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) convergence: Vec<(f64, f64)>,
 }

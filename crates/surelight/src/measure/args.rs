@@ -29,11 +29,11 @@ pub(crate) struct MeasureArgs {
     #[arg(value_name = "SCENE", value_parser = scene_sources())]
     pub(crate) scene: SceneSource,
 
-    /// Measure the radiance that arrives at this point from --direction, in metres
+    /// Measure the incident radiance at this point from --direction, in metres
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "direction", allow_hyphen_values = true)]
     pub(crate) point: Option<[f64; 3]>,
 
-    /// Direction to look in from --point, of any length
+    /// Direction of the ray from --point, of any length
     #[arg(long, value_name = "x,y,z", value_parser = value::point, requires = "point", allow_hyphen_values = true)]
     pub(crate) direction: Option<[f64; 3]>,
 
@@ -83,8 +83,8 @@ pub(crate) struct MeasureArgs {
 
     /// Limit paths to N scattering events; biased
     ///
-    /// The event at the measured surface counts: 1 is direct light. By default paths have no limit
-    /// and end by Russian roulette.
+    /// The event at the measured surface is the first: 1 is direct light. By default paths have no
+    /// limit and end by Russian roulette.
     #[arg(
         long,
         value_name = "N",
@@ -117,18 +117,18 @@ pub(crate) struct MeasureArgs {
 }
 
 impl MeasureArgs {
-    /// What is wrong with the combination, if anything.
+    /// The error in the combination, if any.
     pub(crate) fn conflict(&self) -> Option<&'static str> {
         let CameraArgs { camera, eye, target, fov, aperture, focus, clip } = &self.camera;
         let view = camera.is_some() || eye.is_some() || target.is_some() || fov.is_some();
         let view = view || aperture.is_some() || focus.is_some() || self.size.is_some();
         let view = view || *clip == Clip::Off;
         match self.region {
-            None if view => {
-                Some("the arguments '--size' and those of the camera need '--region': nothing else is seen by a camera")
-            }
+            None if view => Some(
+                "the arguments '--size' and those of the camera need '--region': no other measurement has a camera",
+            ),
             _ if self.method.integrator == Integrator::Caustics => Some(
-                "the value 'caustics' of '--integrator' is for pictures: their pixels share light paths, and what is measured has an error bar of \
+                "the value 'caustics' of '--integrator' is for pictures: their pixels share light paths, and a measurement has an error bar of \
                  pixels that do not",
             ),
             _ => self.method.conflict(),

@@ -1,4 +1,4 @@
-//! What `surelight measure` tells.
+//! The report of `surelight measure`.
 
 use std::fmt::{self, Display};
 
@@ -30,7 +30,7 @@ pub(super) struct Report {
     pub(super) confidence: f64,
     /// Half width over value, in luminance.
     pub(super) relative_error: Option<f64>,
-    /// What `--error` asked for.
+    /// The target of `--error`.
     pub(super) target_error: Option<f64>,
     /// Why it ended: `done`, `time`, `samples`, `missed` or `unreachable`.
     pub(super) stopped: &'static str,
@@ -39,10 +39,9 @@ pub(super) struct Report {
     pub(super) replicates: u64,
     /// Samples of the pilot that fixed the number of samples; thrown away.
     pub(super) pilot_samples: u64,
-    /// Shape of the tail of the estimates (Pareto k̂), and what it may be at most to believe the
-    /// error bar.
+    /// Shape of the tail of the estimates (Pareto k̂), and its limit for a reliable error bar.
     pub(super) tail: Option<[f64; 2]>,
-    /// Whether nothing speaks against the error bar.
+    /// Whether the error bar is reliable.
     pub(super) certified: bool,
     pub(super) integrator: String,
     pub(super) seed: u32,
@@ -72,7 +71,7 @@ impl Display for Report {
             let (low, high) = (self.luminance.value - half, self.luminance.value + half);
             write!(f, "  ({} % confident: {} to {}", percent(self.confidence), Fitted(low, half), Fitted(high, half))?;
             match self.relative_error {
-                Some(error) => write!(f, "; ± {:.2} %)", Short(error * 100.0))?,
+                Some(error) => write!(f, "; ± {:.2} %)", ShortNumber(error * 100.0))?,
                 None => write!(f, ")")?,
             }
         }
@@ -90,13 +89,13 @@ impl Display for Report {
             )?;
         }
         if let Some(target) = self.target_error {
-            let met = match self.stopped {
-                "done" => "met".to_owned(),
-                "missed" => "not met (the pilot asked for too few samples)".to_owned(),
+            let target_text = match self.stopped {
+                "done" => "reached".to_owned(),
+                "missed" => "not reached (the pilot planned too few samples)".to_owned(),
                 "unreachable" => "unreachable: see the notes".to_owned(),
-                why => format!("not met ({why})"),
+                why => format!("not reached ({why})"),
             };
-            writeln!(f, "target   ± {} %: {met}", percent(target))?;
+            writeln!(f, "target   ± {} %: {target_text}", percent(target))?;
         }
         if !self.biased.is_empty() {
             writeln!(f, "biased   {}", self.biased.join(", "))?;
@@ -114,14 +113,13 @@ impl Display for Report {
 impl Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.half_width {
-            Some(half) => write!(f, "{} ± {:.2}", Fitted(self.value, half), Short(half)),
+            Some(half) => write!(f, "{} ± {:.2}", Fitted(self.value, half), ShortNumber(half)),
             None => write!(f, "{} ± unknown", Fitted(self.value, 0.0)),
         }
     }
 }
 
-/// A number with as many digits as its error lets mean something: two of the error's, at most what
-/// f32 has.
+/// A number with as many digits as its error justifies: two of the error's, at most those of f32.
 struct Fitted(f64, f64);
 
 impl Display for Fitted {
@@ -140,9 +138,9 @@ impl Display for Fitted {
 }
 
 /// Significant digits as the precision says, without an exponent where it reads well.
-struct Short(f64);
+struct ShortNumber(f64);
 
-impl Display for Short {
+impl Display for ShortNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let digits = f.precision().unwrap_or(2);
         if self.0 == 0.0 {

@@ -132,7 +132,7 @@ impl Measurement<'_> {
 
     fn tally(&self) -> Tally {
         let settings = &self.setup.settings;
-        Tally::new(settings.width as usize * settings.height as usize, self.setup.same)
+        Tally::new(settings.width as usize * settings.height as usize, self.setup.same_quantity)
     }
 
     /// Fixes the number of samples, by a pilot where `--error` or `--time` says when to stop.
@@ -142,11 +142,11 @@ impl Measurement<'_> {
         let patience = args.time.or(args.error.map(|_| PATIENCE));
         let deadline = patience.map(|time| start + time);
         let limited = args.error.is_some() || args.time.is_some();
-        let default = (!limited).then_some(if self.setup.same { DEFAULT_SAMPLES } else { DEFAULT_SPP });
+        let default = (!limited).then_some(if self.setup.same_quantity { DEFAULT_SAMPLES } else { DEFAULT_SPP });
         // Samples of each pixel here.
-        let share = if self.setup.same { pixels } else { u64::from(self.setup.parts) };
+        let share = if self.setup.same_quantity { pixels } else { u64::from(self.setup.parts) };
         let requested = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
-        let min_batches = if self.setup.same { 1 } else { MIN_BATCHES };
+        let min_batches = if self.setup.same_quantity { 1 } else { MIN_BATCHES };
         let mut plan = Plan { pixels, samples: 1, batches: u32::MAX, deadline, pilot_samples: 0, end: "done" };
         if !limited {
             let each = requested.unwrap_or(1);
@@ -154,7 +154,7 @@ impl Measurement<'_> {
             plan.batches = each.div_ceil(plan.samples.into()).clamp(min_batches.into(), u32::MAX.into()) as u32;
             return Ok(plan);
         }
-        let pilot_each = if self.setup.same { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
+        let pilot_each = if self.setup.same_quantity { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
         let mut pilot = self.tally();
         let paths_before = self.renderer.counts.paths;
         let began = Instant::now();
@@ -199,7 +199,7 @@ impl Measurement<'_> {
         let mut tallying = Tallying {
             tally: &mut tally,
             deadline: plan.deadline,
-            min_batches: if self.setup.same { 1 } else { 2 },
+            min_batches: if self.setup.same_quantity { 1 } else { 2 },
             log: Some((plan, Instant::now())),
             next_log_seconds: LOG_EVERY,
         };

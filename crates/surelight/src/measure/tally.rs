@@ -8,20 +8,20 @@ pub(super) const QUANTITIES: usize = 4;
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Estimates that are kept for judging the tail.
-const MOST_KEPT: usize = 1 << 20;
+const MAX_KEPT: usize = 1 << 20;
 
 /// Batches added up.
 pub(super) struct Tally {
-    /// One group where all pixels estimate the same number, else one a pixel.
+    /// One group where all pixels estimate the same number, else one per pixel.
     groups: Vec<[Moments; QUANTITIES]>,
     kept: Vec<f64>,
     batches: u32,
 }
 
 impl Tally {
-    /// Of so many pixels; `same`: all estimate the same number.
-    pub(super) fn new(pixels: usize, same: bool) -> Self {
-        let groups = vec![[Moments::default(); QUANTITIES]; if same { 1 } else { pixels }];
+    /// Of so many pixels; `same_quantity`: all estimate the same number.
+    pub(super) fn new(pixels: usize, same_quantity: bool) -> Self {
+        let groups = vec![[Moments::default(); QUANTITIES]; if same_quantity { 1 } else { pixels }];
         Self { groups, kept: Vec::new(), batches: 0 }
     }
 
@@ -33,7 +33,7 @@ impl Tally {
             let y = LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
             let group = if self.groups.len() == 1 { 0 } else { i };
             // Beside its pixel's mean so far: pixels differ without being noisy.
-            if self.kept.len() < MOST_KEPT && (self.groups_are_one() || self.batches > 1) {
+            if self.kept.len() < MAX_KEPT && (self.groups_are_one() || self.batches > 1) {
                 let level = if self.groups_are_one() { 0.0 } else { self.groups[group][3].mean() };
                 self.kept.push(y - level);
             }

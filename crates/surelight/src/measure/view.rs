@@ -1,4 +1,4 @@
-//! What is measured, as a camera whose every pixel is an estimate of it.
+//! A measurement as a camera, whose every pixel is an estimate of the quantity.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surelight_prepare::{Integrator, Settings};
@@ -8,12 +8,12 @@ use super::args::MeasureArgs;
 use crate::camera::{self, View};
 use crate::error::Error;
 
-/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU wants many.
+/// Sides of the square of pixels that estimate one point: few lanes feed a CPU, a GPU needs many.
 const CPU_SIDE: u32 = 64;
 const GPU_SIDE: u32 = 256;
 
 /// Vertices are rounded to f32 relative to the measured point, by up to 2^-24 of their distance; a
-/// surface through the point may so lie a few times that off.
+/// surface through the point may be off by a few times that.
 const ROUNDING: f64 = 1.0 / (1 << 21) as f64;
 
 /// A measurement as a render.
@@ -23,25 +23,25 @@ pub(super) struct Setup {
     /// From the pixels' radiance to the quantity.
     pub(super) factor: f64,
     /// Whether all pixels estimate the same number; else their mean is the quantity.
-    pub(super) same: bool,
+    pub(super) same_quantity: bool,
     /// Pixels here for one of the user's.
     pub(super) parts: u32,
     pub(super) notes: Vec<String>,
 }
 
-/// Decides what to render.
+/// Sets up the render.
 pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<Setup, Error> {
     let side = if is_cpu { CPU_SIDE } else { GPU_SIDE };
     let mut settings = Settings::new(side, side);
     let mut notes = Vec::new();
-    let (camera, factor, same, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
+    let (camera, factor, same_quantity, parts) = if let (Some(point), Some(direction)) = (args.point, args.direction) {
         (ray(point.into(), direction.into(), "--direction")?, 1.0, true, 1)
     } else if let (Some(point), Some(normal)) = (args.irradiance, args.normal) {
         settings.receiver = true;
         let (camera, lift) = receiver(scene, point.into(), normal.into())?;
         if lift > 0.0 {
             notes.push(format!(
-                "the receiver stands {lift:.1e} m off the point, so that a surface through it cannot hide it"
+                "the receiver is {lift:.1e} m off the point, so that a surface through it cannot hide it"
             ));
         }
         (camera, std::f64::consts::PI, true, 1)
@@ -66,12 +66,12 @@ pub(super) fn setup(args: &MeasureArgs, scene: &Scene, is_cpu: bool) -> Result<S
     settings.max_bounces = args.max_bounces.0;
     settings.seed = args.seed;
     settings.integrator = match args.method.integrator() {
-        // Pixels that share particles have no error bars of their own.
+        // Pixels that share particles have no separate error bars.
         Integrator::Auto => Integrator::Mis,
         integrator => integrator,
     };
     settings.sampler = args.method.sampler();
-    Ok(Setup { camera, settings, factor, same, parts, notes })
+    Ok(Setup { camera, settings, factor, same_quantity, parts, notes })
 }
 
 /// A camera all of whose rays are one.
@@ -95,8 +95,8 @@ fn receiver(scene: &Scene, point: DVec3, normal: DVec3) -> Result<(Camera, f64),
     Ok((ray(point + lift * normal, normal, "--normal").unwrap_or(camera), lift))
 }
 
-/// A camera that sees just this part of the view's image, and by what the distance of its plane of
-/// focus is stretched.
+/// A camera for this part of the view's image, and the factor on the distance of its plane of
+/// focus.
 ///
 /// Its axes are sheared so that the rays are those of the whole image: each is forward + a·right −
 /// b·up for the point (a, b) of the image, and the window's middle takes the place of forward.

@@ -10,13 +10,13 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use surelight_film::{
-    Difference, Film, Metadata, Sameness, difference, read_finished, read_part_header, remove_leftovers, write_exr,
+    Compatibility, Difference, Film, Metadata, difference, read_finished, read_part_header, remove_leftovers, write_exr,
 };
 use surelight_render::{Counts, ResumeState};
 
 use crate::error::Error;
 use crate::method;
-use crate::options::{RenderArgs, SharedPaths};
+use crate::options::{PathReuse, RenderArgs};
 use crate::parse::{Format, OutputPath};
 use crate::{console, fingerprint, saved};
 
@@ -105,7 +105,7 @@ impl Checkpoint {
         let [first, next] = metadata.sample_range.map(|sample| sample as u32);
         let differs =
             |sameness| difference(&metadata, record.beginning(), sameness).or_else(|| portion(&metadata, record));
-        let exact = differs(Sameness::Bits).is_none();
+        let exact = differs(Compatibility::Bits).is_none();
         let (state, extends) = match &metadata.part {
             Some(part) if exact => (ResumeState { first, next, batch: part.next_batch, pilot: part.pilot }, false),
             _ => {
@@ -162,8 +162,8 @@ impl Earlier {
         if let (method::Integrator::Auto, Some(settings)) = (args.method.integrator, settings) {
             args.method.integrator = settings.integrator.into();
         }
-        if args.shared_paths == SharedPaths::Auto {
-            args.shared_paths = if self.reuses_paths() { SharedPaths::On } else { SharedPaths::Off };
+        if args.shared_paths == PathReuse::Auto {
+            args.shared_paths = if self.reuses_paths() { PathReuse::On } else { PathReuse::Off };
         }
         args
     }
@@ -173,7 +173,7 @@ impl Earlier {
         if self.finished { self.path.display().to_string() } else { "a checkpoint".to_owned() }
     }
 
-    /// Whether pixels reuse one another's paths.
+    /// Whether pixels use one another's paths.
     pub(super) fn reuses_paths(&self) -> bool {
         self.metadata.reuses_paths()
     }
@@ -190,7 +190,7 @@ impl Earlier {
                 second: spp(now),
             })
         };
-        difference(&self.metadata, record.beginning(), Sameness::Plan)
+        difference(&self.metadata, record.beginning(), Compatibility::Plan)
             .or_else(|| portion(&self.metadata, record))
             .or_else(of_plan)
     }

@@ -8,7 +8,7 @@ use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
 use crate::error::Error;
-use crate::options::{RenderArgs, SharedPaths};
+use crate::options::{PathReuse, RenderArgs};
 use crate::parse::{OutputPath, Selector};
 use crate::{fingerprint, light, output};
 
@@ -60,7 +60,7 @@ impl Loaded {
         if broken > 0 {
             self.warnings.push(format!("{broken} triangles were left out because a corner of each is not finite"));
         }
-        self.warnings.extend(camera::cut_warning(&self.view.camera, prepared.cut));
+        self.warnings.extend(camera::clipping_warning(&self.view.camera, prepared.cut));
         if let Some(why) = prepared.no_caustics {
             self.warnings.push(format!("light tracing is off because {why}: the picture is that of --integrator mis"));
         }
@@ -100,11 +100,11 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         integrator: args.method.integrator(),
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
-        shared_paths: match args.shared_paths {
-            SharedPaths::Auto if is_preview(args, view) => surelight_prepare::SharedPaths::Off,
-            SharedPaths::Auto => surelight_prepare::SharedPaths::Auto,
-            SharedPaths::On => surelight_prepare::SharedPaths::On,
-            SharedPaths::Off => surelight_prepare::SharedPaths::Off,
+        path_reuse: match args.shared_paths {
+            PathReuse::Auto if is_preview(args, view) => surelight_prepare::PathReuse::Off,
+            PathReuse::Auto => surelight_prepare::PathReuse::Auto,
+            PathReuse::On => surelight_prepare::PathReuse::On,
+            PathReuse::Off => surelight_prepare::PathReuse::Off,
         },
         adaptive: args.adaptive,
         transparent: args.transparent,

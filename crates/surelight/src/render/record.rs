@@ -79,7 +79,7 @@ impl Record {
     }
 
     /// Whether pixels use one another's paths.
-    pub(super) fn shares_paths(&self) -> bool {
+    pub(super) fn reuses_paths(&self) -> bool {
         self.base.reuses_paths()
     }
 

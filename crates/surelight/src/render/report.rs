@@ -1,6 +1,6 @@
 //! What a render that has ended says of itself in the summary.
 
-use surelight_film::{Precision, Reach};
+use surelight_film::{Convergence, Precision};
 use surelight_render::Outcome;
 
 use crate::method::word;
@@ -47,7 +47,7 @@ impl Finished<'_> {
             pixel_samples: self.pixel_samples(),
             paths: before.paths + self.counts.paths,
             rays: before.rays + self.counts.rays,
-            shared_paths: self.record.shares_paths(),
+            shared_paths: self.record.reuses_paths(),
             seed: self.args.seed,
             stopped: match self.outcome {
                 Outcome::Done => Stop::Done,
@@ -84,7 +84,7 @@ impl Finished<'_> {
         let precision =
             Precision { error: stop.error.unwrap_or(0.0), confidence: stop.confidence(), bound: stop.bound() };
         let certificate = self.film.certify();
-        let Reach { half_width, certified } = precision.reach(&self.film, &certificate);
+        let Convergence { half_width, certified } = precision.reach(&self.film, &certificate);
         let finite = |half_width: f64| (half_width < f64::INFINITY).then_some(half_width);
         let chosen = certificate.provisional.iter().zip(&certificate.reachable).map(|(&light, &r)| light && r);
         let provisional = finite(precision.half_width(&self.film, &chosen.collect::<Vec<_>>(), &certificate.reachable));

@@ -1,4 +1,4 @@
-//! Runs the built program in a folder of its own.
+//! Runs the built program in a temporary folder.
 
 // Each test file uses a part of this.
 #![allow(dead_code)]
@@ -12,7 +12,7 @@ pub(crate) fn cornell_box() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/cornell-box.glb").canonicalize().unwrap()
 }
 
-/// An empty folder that a program runs in, and what the program did.
+/// An empty folder that a program runs in, and the results of its runs.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-/// What a run left.
+/// The result of a run.
 #[derive(Debug)]
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
@@ -76,13 +76,14 @@ impl Ran {
         self
     }
 
-    /// The run failed with one sentence on standard error that holds all of `words`, and nothing else.
+    /// The run failed with one sentence on standard error that holds all of `words`, and nothing
+    /// else.
     #[track_caller]
     pub(crate) fn failed_with(&self, words: &[&str]) {
         assert_eq!(self.code, Some(1), "{self:#?}");
         assert_eq!(self.stdout, "", "{self:#?}");
         let lines: Vec<_> = self.stderr.lines().collect();
-        assert_eq!(lines.len(), 1, "one sentence is wanted: {self:#?}");
+        assert_eq!(lines.len(), 1, "one sentence is expected: {self:#?}");
         assert!(lines[0].starts_with("error: "), "{self:#?}");
         assert!(!lines[0].contains("panicked") && !lines[0].contains("defect"), "{self:#?}");
         for word in words {

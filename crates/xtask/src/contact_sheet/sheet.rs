@@ -11,11 +11,11 @@ use resvg::{tiny_skia, usvg};
 pub(crate) struct Entry {
     /// Path below the folder.
     pub(crate) name: String,
-    /// What the program had to say.
+    /// The warnings of the program.
     pub(crate) note: String,
-    /// What it rendered.
+    /// The rendered picture.
     pub(crate) picture: Option<DynamicImage>,
-    /// What others published.
+    /// The published picture.
     pub(crate) published: Option<DynamicImage>,
 }
 

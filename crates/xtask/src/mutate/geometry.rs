@@ -21,7 +21,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "return (a >= 0.0 && b >= 0.0 && c >= 0.0) || (a <= 0.0 && b <= 0.0 && c <= 0.0);",
         to: "return (a > 0.0 && b > 0.0 && c > 0.0) || (a < 0.0 && b < 0.0 && c < 0.0);",
         binary: BINARY,
-        test: "walk::vertex_edge_aim",
+        test: "traversal::vertex_edge_aim",
     },
     Mutation {
         case: 11,
@@ -48,7 +48,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "var a_met = is_pair && a_sum != 0.0",
         to: "var a_met = is_pair && abs(a_sum) > 1e-6",
         binary: BINARY,
-        test: "walk::needle",
+        test: "traversal::needle",
     },
     Mutation {
         case: 14,
@@ -66,7 +66,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "value: self.stack }",
         to: "value: self.stack / 8 }",
         binary: BINARY,
-        test: "walk::same_centroid_1e6",
+        test: "traversal::same_centroid_1e6",
     },
     Mutation {
         case: 16,
@@ -75,7 +75,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "let safe = select(d, bitcast<vec3f>(bitcast<vec3u>(tiny) | sign), abs(d) < tiny);",
         to: "let safe = d;",
         binary: BINARY,
-        test: "walk::axis_aligned_rays",
+        test: "traversal::axis_aligned_rays",
     },
     Mutation {
         case: 17,

@@ -30,7 +30,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "b.own = path.radiance;",
         to: "b.own = vec3f(0.0);",
         binary: BINARY,
-        test: "shared_paths::neighbours_agree_about_gloss",
+        test: "path_reuse::neighbours_agree_about_gloss",
     },
     Mutation {
         case: 21,
@@ -39,7 +39,7 @@ pub(super) const ROWS: &[Mutation] = &[
         from: "share0.on *= sees.x / max(on, 1e-37);",
         to: "share0.on *= 1.3 * sees.x / max(on, 1e-37);",
         binary: BINARY,
-        test: "shared_paths::neighbours_agree_about_gloss",
+        test: "path_reuse::neighbours_agree_about_gloss",
     },
     Mutation {
         case: 21,

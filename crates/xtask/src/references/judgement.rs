@@ -11,20 +11,22 @@ const MEAN_TOLERANCE: f64 = 0.002;
 const MEAN_ERRORS: f64 = 3.0;
 const ULPS: f64 = 4.0;
 
-/// What a comparison found; arrays are red, green, blue.
+/// Result of a comparison; arrays are red, green, blue.
 #[derive(Debug)]
 pub(super) struct Outcome {
     /// Difference of the image means relative to the reference's.
     mean: [f64; 3],
-    /// What that may be at most.
+    /// The limit on that.
     allowed: [f64; 3],
-    /// Whether it is no more, judged without the division: a black reference allows its standard errors only.
+    /// Whether it is no more, judged without the division: a black reference allows its standard
+    /// errors only.
     mean_agrees: [bool; 3],
     /// Share of pixels inside the bound.
     inside: [f64; 3],
     /// Share of pixels inside it in all three channels.
     inside_all: f64,
-    /// Mean over lit pixels of the standard error relative to the reference: how sharp the comparison is.
+    /// Mean over lit pixels of the standard error relative to the reference: how sharp the
+    /// comparison is.
     pixel_error: f64,
 }
 
@@ -112,7 +114,8 @@ pub(super) fn compare(ours: &ExrImage, reference: &ExrImage, variance: Option<&E
     Ok(outcome)
 }
 
-/// Whether two estimates of a pixel agree; `level` is the t quantile at the first one's own degrees of freedom.
+/// Whether two estimates of a pixel agree; `level` is the t quantile at the first one's own degrees
+/// of freedom.
 fn is_inside(a: &Estimate, b: &Estimate, level: f64) -> bool {
     let difference = (a.mean - b.mean).abs();
     let error = (a.variance + b.variance).sqrt();
@@ -137,7 +140,8 @@ mod tests {
 
     const SIDE: usize = 64;
 
-    /// An image of mean 1 with batches of normal errors, plus its variance, as a render would have it.
+    /// An image of mean 1 with batches of normal errors, plus its variance, as a render would have
+    /// it.
     fn render(bias: f64, deviation: f64, seed: u64) -> ExrImage {
         let mut state = seed;
         let mut uniform = move || {

@@ -74,7 +74,8 @@ fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
     file
 }
 
-/// One change somewhere in a tree. Each step down is taken with equal chance, so that rare branches are met as often as long arrays.
+/// One change somewhere in a tree. Each step down is taken with equal chance, so that rare branches
+/// are changed as often as long arrays.
 fn change(random: &mut Random, root: &mut Value, donor: Option<&Value>) {
     let mut at = root;
     loop {
@@ -161,7 +162,8 @@ fn rearrange(random: &mut Random, at: &mut Value) {
     }
 }
 
-/// A file with a few of its bytes changed: bits, words at which checks tend to fail, blocks moved or lost, its end cut off.
+/// A file with a few of its bytes changed: bits, words at which checks tend to fail, blocks moved
+/// or lost, its end cut off.
 pub(crate) fn bytes(random: &mut Random, seed: &[u8], other: &[u8]) -> Vec<u8> {
     let mut file = seed.to_vec();
     for _ in 0..1 + random.index(3) {

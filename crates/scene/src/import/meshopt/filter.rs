@@ -1,6 +1,7 @@
-//! Filters: from what compresses well to what accessors hold.
+//! Filters: from values that compress well to the values of accessors.
 
-/// Unit vectors folded onto an octahedron, in four signed bytes: x, y, the value that stands for 1, and one left alone.
+/// Unit vectors folded onto an octahedron, in four signed bytes: x, y, the value that encodes 1,
+/// and one that is unchanged.
 pub(super) fn octahedral8(bytes: &mut [u8]) {
     for element in bytes.as_chunks_mut::<4>().0 {
         let [x, y, one, _] = element.map(|b| f32::from(b as i8));
@@ -30,7 +31,8 @@ fn unfold(x: f32, y: f32, one: f32, most: f32) -> [f32; 3] {
     [x, y, z].map(|v| (v * scale).round())
 }
 
-/// Unit quaternions without their largest component, whose place is in the lowest bits of the fourth short.
+/// Unit quaternions without their largest component, whose place is in the lowest bits of the
+/// fourth short.
 pub(super) fn quaternion(bytes: &mut [u8]) {
     for element in bytes.as_chunks_mut::<8>().0 {
         let [x, y, z, w] = shorts(element);
@@ -57,7 +59,8 @@ pub(super) fn exponential(bytes: &mut [u8]) {
     }
 }
 
-/// Luma and two chroma differences, in bytes, to RGBA; the highest bit set of alpha says how many bits are used.
+/// Luma and two chroma differences, in bytes, to RGBA; the highest bit set of alpha says how many
+/// bits are used.
 pub(super) fn color8(bytes: &mut [u8]) {
     for element in bytes.as_chunks_mut::<4>().0 {
         let [y, co, cg, a] = *element;
@@ -76,7 +79,8 @@ pub(super) fn color16(bytes: &mut [u8]) {
 }
 
 fn rgba(y: f32, co: f32, cg: f32, alpha: u32, most: f32) -> [f32; 4] {
-    // Alpha loses one bit to the mark above it; the mark of an alpha of 0 would be missing, and nothing can be scaled.
+    // Alpha loses one bit to the mark above it; the mark of an alpha of 0 would be missing, and
+    // nothing can be scaled.
     let Some(mark) = alpha.checked_ilog2() else { return [0.0; 4] };
     let used = (1_u32 << (mark + 1)) - 1;
     let alpha = alpha & (used >> 1);

@@ -1,11 +1,12 @@
-//! Modes TRIANGLES and INDICES: connectivity from recently used edges and vertices, and plain differences.
+//! Modes TRIANGLES and INDICES: connectivity from recently used edges and vertices, and plain
+//! differences.
 
 use super::{Reader, unzigzag};
 
 /// Bytes of the table that ends a stream of triangles.
 const TABLE: usize = 16;
 
-/// The last 16 entries pushed; reads count back from the newest.
+/// The last 16 entries pushed; read indices start at the newest.
 #[derive(Clone, Copy)]
 struct Recent<T> {
     entries: [T; 16],
@@ -28,7 +29,8 @@ impl<T: Copy> Recent<T> {
     }
 }
 
-/// Decodes `count` indices (a multiple of 3) of `size` bytes (2 or 4); `None` when the stream is damaged.
+/// Decodes `count` indices (a multiple of 3) of `size` bytes (2 or 4); `None` when the stream is
+/// damaged.
 pub(super) fn triangles(stream: &[u8], size: usize, count: usize) -> Option<Vec<u8>> {
     let version = stream.first()? & 0x0F;
     if stream[0] & 0xF0 != 0xE0 || version > 1 {

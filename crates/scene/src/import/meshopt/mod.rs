@@ -1,7 +1,9 @@
-//! EXT_meshopt_compression and its successor KHR_meshopt_compression: buffer views that are decoded before they are read.
+//! EXT_meshopt_compression and its successor KHR_meshopt_compression: buffer views that are decoded
+//! before they are read.
 //!
-//! Written after the bit streams and filters in the two extensions' texts (appendices A and B). Every read is checked, and
-//! output grows with what the stream really holds, so that a count alone asks for no memory.
+//! Written after the bit streams and filters in the two extensions' texts (appendices A and B).
+//! Every read is checked, and the output grows with the data of the stream, so that a count alone
+//! takes no memory.
 
 mod filter;
 mod index;

@@ -1,11 +1,13 @@
-//! Mode ATTRIBUTES: blocks of up to 256 elements, byte by byte, as differences to the element before.
+//! Mode ATTRIBUTES: blocks of up to 256 elements, byte by byte, as differences to the element
+//! before.
 
 use super::{Reader, unzigzag};
 
 /// Elements that share one choice of bit width.
 const GROUP: usize = 16;
 
-/// Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256); `None` when the stream is damaged.
+/// Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256); `None` when the
+/// stream is damaged.
 pub(super) fn decode(stream: &[u8], stride: usize, count: usize) -> Option<Vec<u8>> {
     let version = match stream.first()? {
         0xA0 => 0,
@@ -13,8 +15,9 @@ pub(super) fn decode(stream: &[u8], stride: usize, count: usize) -> Option<Vec<u
         _ => return None,
     };
     let channels = stride / 4;
-    // Behind the blocks stand the element before the first and, in version 1, a mode for every four bytes, both at the
-    // very end; padding before them makes the tail long enough for decoders that read ahead.
+    // After the blocks come the element before the first and, in version 1, a mode for every four
+    // bytes, both at the very end; padding before them makes the tail long enough for decoders that
+    // read ahead.
     let (tail, least) = if version == 0 { (stride, 32) } else { (stride + channels, 24) };
     let body_end = stream.len().checked_sub(tail.max(least)).filter(|&end| end >= 1)?;
     let (last, modes) = stream[stream.len() - tail..].split_at(stride);
@@ -52,7 +55,7 @@ pub(super) fn decode(stream: &[u8], stride: usize, count: usize) -> Option<Vec<u
         }
         done += n;
     }
-    // Something is left: the stream is not of this count.
+    // Bytes remain: the stream has another count.
     reader.0.is_empty().then_some(out)
 }
 
@@ -96,11 +99,11 @@ fn groups(reader: &mut Reader, plane: &mut [u8], count: usize, widths: [u32; 4])
                 let per_byte = 8 / bits as usize;
                 for (k, value) in group.iter_mut().enumerate() {
                     let place = (k % per_byte) as u32;
-                    // Single bits stand lowest first, all others highest first.
+                    // Single bits are stored lowest first, all others highest first.
                     let shift = if bits == 1 { place } else { 8 - bits * (place + 1) };
                     *value = packed[k / per_byte] >> shift & sentinel;
                 }
-                // The largest value stands for a whole byte that follows the packed ones.
+                // The largest value marks a whole byte that follows the packed ones.
                 for value in group.iter_mut().filter(|value| **value == sentinel) {
                     *value = reader.byte()?;
                 }

@@ -1,15 +1,16 @@
-//! Openings: what the boundary of a set of triangles surrounds.
+//! Openings: the areas that the boundary of a set of triangles surrounds.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::sets::Sets;
 
-/// Boundary vertices nearer than this share of the largest coordinate are one: some 30 times the rounding of f32, for
-/// exporters that place equal vertices by different sums.
+/// Boundary vertices nearer than this share of the largest coordinate are one: some 30 times the
+/// rounding of f32, for exporters that place equal vertices by different sums.
 const NEAR: f64 = 1.0 / (1 << 18) as f64;
 
-/// How many ways to go on from a vertex are compared, so that a vertex of a million edges takes no more than linear time.
+/// The number of edges from a vertex that are compared, so that a vertex of a million edges takes
+/// no more than linear time.
 const MAX_WAYS: usize = 32;
 
 /// An opening that boundary edges surround.
@@ -27,7 +28,8 @@ struct Edge {
     triangle: u32,
 }
 
-/// The openings of triangles, each its number and its corners. Joins the sets of triangles that share an edge or an opening.
+/// The openings of triangles, each its number and its corners. Joins the sets of triangles that
+/// share an edge or an opening.
 pub(super) fn openings(
     positions: &[Vec3],
     triangles: impl Iterator<Item = (u32, [u32; 3])>,
@@ -36,7 +38,8 @@ pub(super) fn openings(
     let sides =
         |(triangle, [a, b, c]): (u32, [u32; 3])| [[a, b], [b, c], [c, a]].map(|[from, to]| Edge { from, to, triangle });
     let edges = unmatched(triangles.flat_map(sides).collect(), sets);
-    // From here on vertices are numbered along the boundary. Each begins an edge, since boundaries are closed.
+    // From here on vertices are numbered along the boundary. Each begins an edge, since boundaries
+    // are closed.
     let mut vertices: Vec<u32> = edges.iter().map(|edge| edge.from).collect();
     vertices.dedup();
     let at: Vec<DVec3> = vertices.iter().map(|&vertex| positions[vertex as usize].as_dvec3()).collect();
@@ -47,7 +50,8 @@ pub(super) fn openings(
     walk(&at, edges, sets)
 }
 
-/// Edges without one in the opposite direction, by their beginnings. Joins triangles that share an edge.
+/// Edges without one in the opposite direction, by their beginnings. Joins triangles that share an
+/// edge.
 fn unmatched(mut edges: Vec<Edge>, sets: &mut Sets) -> Vec<Edge> {
     let ends = |edge: &Edge| (edge.from.min(edge.to), edge.from.max(edge.to));
     edges.par_sort_unstable_by_key(|edge| (ends(edge), edge.from, edge.triangle));
@@ -62,7 +66,7 @@ fn unmatched(mut edges: Vec<Edge>, sets: &mut Sets) -> Vec<Edge> {
     rest
 }
 
-/// For each vertex the one that stands for all that are nearly at its position.
+/// For each vertex the representative of all that are nearly at its position.
 fn merge(at: &[DVec3]) -> Vec<u32> {
     let largest = at.iter().fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
     let size = 2.0 * NEAR * largest;
@@ -80,11 +84,12 @@ fn merge(at: &[DVec3]) -> Vec<u32> {
     (0..at.len() as u32).map(|vertex| sets.root(vertex)).collect()
 }
 
-/// Cuts boundaries into simple cycles. At each vertex the walk takes the sharpest turn, so that a crack between two
-/// triangulations of one edge is a cycle of its own, of no area, and not a part of what is round about.
+/// Cuts boundaries into simple cycles. At each vertex the walk takes the sharpest turn, so that a
+/// crack between two triangulations of one edge is a separate cycle of no area, and not a part of
+/// the cycle around it.
 fn walk(at: &[DVec3], mut edges: Vec<Edge>, sets: &mut Sets) -> Vec<Opening> {
     const NOWHERE: usize = usize::MAX;
-    // Where the edges of each vertex begin and end that are still to be walked.
+    // Where the edges of each vertex begin and end that are still to be visited.
     let mut ways = vec![[0; 2]; at.len()];
     for (i, edge) in edges.iter().enumerate() {
         let [first, end] = &mut ways[edge.from as usize];
@@ -126,8 +131,8 @@ fn walk(at: &[DVec3], mut edges: Vec<Edge>, sets: &mut Sets) -> Vec<Opening> {
     openings
 }
 
-/// Area of the cone from a cycle's middle: that of the polygon where it is flat and convex, and 0 for a crack. (The cycle's
-/// area vector would be 0 for the seam of a tennis ball, too.)
+/// Area of the cone from a cycle's middle: that of the polygon where it is flat and convex, and 0
+/// for a crack. (The cycle's area vector would be 0 for the seam of a tennis ball, too.)
 fn surrounded(at: &[DVec3], cycle: &[Edge]) -> f64 {
     let ends = |edge: &Edge| [edge.from, edge.to].map(|vertex| at[vertex as usize]);
     let middle = cycle.iter().map(|edge| ends(edge)[0]).sum::<DVec3>() / cycle.len() as f64;

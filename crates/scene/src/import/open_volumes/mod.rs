@@ -1,9 +1,9 @@
 //! KHR_materials_volume requires closed meshes, and files have open ones.
 //!
-//! A path that enters a medium through a sheet and never leaves it carries the wrong radiance: a crossing scales radiance
-//! by the square of the index, and only the crossing back undoes it. Open parts of a mesh therefore become thin-walled. A
-//! part is what hangs together by edges, vertices at equal positions being one, in whichever primitives of a glTF mesh with
-//! a volume its triangles are.
+//! A path that enters a medium through a sheet and never leaves it carries the wrong radiance: a
+//! crossing scales radiance by the square of the index, and only the crossing back undoes it. Open
+//! parts of a mesh therefore become thin-walled. A part is a set of triangles connected by edges,
+//! with vertices at equal positions merged, across all primitives of a glTF mesh with a volume.
 
 mod boundary;
 mod sets;
@@ -17,16 +17,19 @@ use self::sets::Sets;
 use super::warnings::{Warnings, count_of};
 use crate::{Material, Mesh, Scene};
 
-/// Share of a part's surface that openings may take before the part becomes thin-walled. A path inside leaves through an
-/// opening about as often as that share says, and is wrong then by the square of the index, 2.25 for glass: at 2 % of the
-/// surface that is an error of some 2 %, and less than what the loss of refraction costs. Missing triangles and cracks of a
-/// fine mesh stay below; the open side of a box is 20 %.
+/// Share of a part's surface that openings may take before the part becomes thin-walled. A path
+/// inside leaves through an opening with about that probability, and is wrong then by the square of
+/// the index, 2.25 for glass: at 2 % of the surface that is an error of some 2 %, less than the
+/// error of losing refraction. Missing triangles and cracks of a fine mesh stay below; the open
+/// side of a box is 20 %.
 const MAX_OPENING: f64 = 0.02;
 
-/// Openings up to this share are rounding, such as that of a vertex on the edge of a larger triangle (a T-junction).
+/// Openings up to this share are rounding, such as that of a vertex on the edge of a larger
+/// triangle (a T-junction).
 const ROUNDING: f64 = 1e-4;
 
-/// A part whose volume is below this share of its area to the power 3/2 is flat: a sheet that is there twice, front and back.
+/// A part whose volume is below this share of its area to the power 3/2 is flat: a sheet that is
+/// there twice, front and back.
 const FLAT: f64 = 1e-9;
 
 /// Where the primitives of a glTF mesh are in the scene.
@@ -71,7 +74,8 @@ pub(super) fn make_thin(scene: &mut Scene, shapes: &mut [Shape], warnings: &mut 
     thin_materials(scene, &thin);
 }
 
-/// Gives these meshes materials without a volume: clones, or the materials themselves where no other mesh has them.
+/// Gives these meshes materials without a volume: clones, or the materials themselves where no
+/// other mesh has them.
 fn thin_materials(scene: &mut Scene, thin: &[bool]) {
     let mut shared = vec![false; scene.materials.len()];
     for (mesh, _) in scene.meshes.iter().zip(thin).filter(|(_, thin)| !**thin) {
@@ -104,7 +108,8 @@ struct Group {
     meshes: Vec<usize>,
 }
 
-/// The meshes with a volume of each glTF mesh. glTF meshes that share one are one group, so that each mesh is examined once.
+/// The meshes with a volume of each glTF mesh. glTF meshes that share one are one group, so that
+/// each mesh is examined once.
 fn groups(scene: &Scene, shapes: &[Shape]) -> Vec<Group> {
     let encloses: Vec<bool> = scene.materials.iter().map(encloses).collect();
     let encloses = |&&mesh: &&usize| encloses[scene.meshes[mesh].material];
@@ -127,7 +132,7 @@ fn groups(scene: &Scene, shapes: &[Shape]) -> Vec<Group> {
     groups.into_values().collect()
 }
 
-/// What a group's triangles make.
+/// The parts that a group's triangles form.
 #[derive(Default)]
 struct Findings {
     /// For each mesh and triangle whether it belongs to an open part; `None` where it has no area.
@@ -159,7 +164,7 @@ impl Findings {
     }
 }
 
-/// What is known of a part.
+/// Measures of a part.
 #[derive(Clone, Copy, Default)]
 struct Part {
     area: f64,
@@ -207,7 +212,8 @@ fn examine(meshes: &[Mesh], group: &[usize]) -> Findings {
     let mut parts = vec![Part::default(); count];
     for (triangle, corners) in triangles() {
         let root = sets.root(triangle);
-        // Relative to a vertex of the part, where rounding is smallest. A root is a triangle of the part.
+        // Relative to a vertex of the part, where rounding is smallest. A root is a triangle of the
+        // part.
         let near = corners_of[root as usize].map_or(DVec3::ZERO, |[near, ..]| at(near));
         let [a, b, c] = corners.map(|vertex| at(vertex) - near);
         let part = &mut parts[root as usize];

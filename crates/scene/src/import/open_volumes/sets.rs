@@ -1,4 +1,4 @@
-//! Vertices at equal positions as one, and sets of what hangs together.
+//! Merges vertices at equal positions, and finds connected sets.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -22,12 +22,12 @@ pub(super) fn weld(positions: &[Vec3]) -> Vec<u32> {
 pub(super) struct Sets(Vec<u32>);
 
 impl Sets {
-    /// Each number in a set of its own.
+    /// Each number in a separate set.
     pub(super) fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
-    /// The number that stands for the set of `of`.
+    /// The representative of the set of `of`.
     pub(super) fn root(&mut self, of: u32) -> u32 {
         let mut at = of;
         while self.0[at as usize] != at {
@@ -38,10 +38,10 @@ impl Sets {
         at
     }
 
-    /// Makes one set of those of `a` and `b`.
+    /// Joins the sets of `a` and `b`.
     pub(super) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
-        // The smaller number stands for both, so that the order of joins does not matter.
+        // The smaller number represents both, so that the order of joins does not matter.
         self.0[a.max(b) as usize] = a.min(b);
     }
 }

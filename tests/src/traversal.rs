@@ -1,4 +1,4 @@
-//! The walk probe: rays in, what the shipped traversal finds on the device out.
+//! The traversal probe: rays in, hits of the shipped traversal on the device out.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
@@ -15,16 +15,16 @@ pub const FAR: f32 = 3.0e38;
 /// `ProbeRays` of shaders/probe/walk.wesl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct Rays {
+pub struct ProbeRays {
     /// Of the shadow ray.
     pub shadow_origin: [f32; 3],
     /// Its end; 0 for no shadow ray.
     pub shadow_t_max: f32,
     /// Its direction.
     pub shadow_direction: [f32; 3],
-    /// Chooses what of partial coverage is there.
+    /// The random number for partial coverage.
     pub coverage_seed: u32,
-    /// Of the ray that looks for the closest hit.
+    /// Of the closest-hit ray.
     pub origin: [f32; 3],
     /// Its end; 0 for no ray.
     pub t_max: f32,
@@ -33,7 +33,7 @@ pub struct Rays {
     unused: u32,
 }
 
-impl Rays {
+impl ProbeRays {
     /// No shadow ray, and the closest hit of a ray without end.
     pub fn closest(ray: &Ray) -> Self {
         Self { origin: ray.origin.to_array(), direction: ray.direction.to_array(), t_max: FAR, ..Self::zeroed() }
@@ -54,7 +54,7 @@ impl Rays {
 /// `ProbeHit` of shaders/probe/walk.wesl.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Found {
+pub struct ProbeHit {
     /// Distance in lengths of the direction.
     pub t: f32,
     b1: f32,
@@ -66,25 +66,25 @@ pub struct Found {
     complete: u32,
 }
 
-impl Found {
+impl ProbeHit {
     /// The closest hit.
     pub fn hit(&self) -> Option<Hit> {
         let Self { t, b1, b2, prim, instance, item, .. } = *self;
         (prim != u32::MAX).then_some(Hit { t, b1, b2, prim, instance, item })
     }
 
-    /// Whether the walk came to its end.
+    /// Whether the traversal ended.
     pub fn is_complete(&self) -> bool {
         self.complete == 1
     }
 
-    /// Whether anything stands before the shadow ray's end.
+    /// Whether anything occludes the shadow ray.
     pub fn occluded(&self) -> bool {
         self.occluded != 0
     }
 }
 
-/// A scene of meshes at their places, in one material, prepared for a camera at the origin.
+/// A scene of placed meshes, in one material, prepared for a camera at the origin.
 pub fn prepare(meshes: Vec<Mesh>, placements: &[(usize, DAffine3)], build: BuildOptions) -> (Scene, Prepared) {
     let scene = Scene {
         meshes,
@@ -104,16 +104,16 @@ pub fn lone(mesh: Mesh, build: BuildOptions) -> (Scene, Prepared) {
     prepare(vec![mesh], &[(0, DAffine3::IDENTITY)], build)
 }
 
-/// Walks on the device, some of which may have been cut short.
-pub fn try_walk(prepared: &Prepared, rays: &[Rays]) -> Vec<Found> {
+/// Traverses on the device; some rays may have been cut short.
+pub fn try_traverse(prepared: &Prepared, rays: &[ProbeRays]) -> Vec<ProbeHit> {
     run_probe(device(), prepared, "package::probe::walk", "probe_walk", rays, rays.len())
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Walks on the device. Every walk must come to its end.
-pub fn walk(prepared: &Prepared, rays: &[Rays]) -> Vec<Found> {
-    let found = try_walk(prepared, rays);
-    assert!(found.iter().all(Found::is_complete), "a walk was cut short");
+/// Traverses on the device. Every traversal must end.
+pub fn traverse(prepared: &Prepared, rays: &[ProbeRays]) -> Vec<ProbeHit> {
+    let found = try_traverse(prepared, rays);
+    assert!(found.iter().all(ProbeHit::is_complete), "a traversal was cut short");
     found
 }
 
@@ -126,12 +126,13 @@ pub struct Tally {
     pub ties: usize,
 }
 
-/// Holds every answer against brute force in f64; a shadow ray along each must say the same as the closest hit.
-pub fn hold_against_oracle(name: &str, scene: &Scene, prepared: &Prepared, rays: &[Ray]) -> Tally {
+/// Holds every answer against brute force in f64; a shadow ray along each must say the same as the
+/// closest hit.
+pub fn compare_with_oracle(name: &str, scene: &Scene, prepared: &Prepared, rays: &[Ray]) -> Tally {
     let oracle = Oracle::new(scene, DVec3::ZERO);
-    let queries: Vec<_> = rays.iter().map(|ray| Rays::closest(ray).with_shadow(ray, FAR)).collect();
+    let queries: Vec<_> = rays.iter().map(|ray| ProbeRays::closest(ray).with_shadow(ray, FAR)).collect();
     let mut tally = Tally::default();
-    for (ray, found) in rays.iter().zip(walk(prepared, &queries)) {
+    for (ray, found) in rays.iter().zip(traverse(prepared, &queries)) {
         let hit = found.hit();
         match oracle.judge(&prepared.accel, ray, hit.as_ref()) {
             Verdict::Same => (),

@@ -1,6 +1,7 @@
-//! Cases 10, 13, 15 and 16, and companions: the traversal that ships, run on the device by a probe, against brute force in f64 over the scene: random and awkward
-//! triangles, awkward rays, instances under any transform. An answer is right when it is f64's, or when the ray grazes an edge or
-//! two surfaces within the rounding of f32 (`Oracle::judge`); such ties must be rare.
+//! Cases 10, 13, 15 and 16, and companions: the traversal that ships, run on the device by a probe,
+//! against brute force in f64 over the scene: random and awkward triangles, awkward rays, instances
+//! under any transform. An answer is right when it is f64's, or when the ray grazes an edge or two
+//! surfaces within the rounding of f32 (`Oracle::judge`); such ties must be rare.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use surelight_accel::oracle::Oracle;
@@ -10,9 +11,11 @@ use surelight_scene::Mesh;
 use surelight_scenes::{shapes::Shape, torture::geometry};
 use surelight_tests::random::Random;
 use surelight_tests::render::{all, render};
-use surelight_tests::walk::{FAR, Rays, hold_against_oracle, lone, on_instance, point_of, prepare, try_walk, walk};
+use surelight_tests::traversal::{
+    FAR, ProbeRays, compare_with_oracle, lone, on_instance, point_of, prepare, traverse, try_traverse,
+};
 
-/// Triangles of about `size` with corners of their own, in [−1, 1]³.
+/// Triangles of about `size` with separate corners, in [−1, 1]³.
 fn soup(random: &mut Random, n: u32, size: f32) -> Mesh {
     let mut mesh = Mesh::default();
     for k in 0..n {
@@ -48,7 +51,7 @@ fn random_soups() {
         for quality in [Quality::Medium, Quality::Slow] {
             let (scene, prepared) = lone(mesh.clone(), BuildOptions { quality, ..BuildOptions::default() });
             let rays = rays(&mut random, 2000, 2.0);
-            let tally = hold_against_oracle(&format!("soup of {n}"), &scene, &prepared, &rays);
+            let tally = compare_with_oracle(&format!("soup of {n}"), &scene, &prepared, &rays);
             assert!(tally.hits > 10 && tally.ties <= 10, "{tally:?}");
         }
     }
@@ -76,7 +79,7 @@ fn instances_that_stretch_shear_and_mirror() {
             let (scene, prepared) = prepare(meshes.clone(), &placements, with(instancing));
             assert_eq!(prepared.key().has(Part::Instances), instancing == Instancing::Always);
             let name = format!("instances at scale {scale:e}, {instancing:?}");
-            let tally = hold_against_oracle(&name, &scene, &prepared, &rays);
+            let tally = compare_with_oracle(&name, &scene, &prepared, &rays);
             assert!(tally.hits > 300 && tally.ties <= 15, "{tally:?}");
             hits[k] = tally.hits;
         }
@@ -100,23 +103,25 @@ fn needle() {
         aimed.push(Ray::new(o, (p - o).normalize()));
     }
     let (scene, prepared) = lone(mesh, BuildOptions::default());
-    assert!(hold_against_oracle("needles", &scene, &prepared, &aimed).hits > 1000);
-    // The error band is wider than a needle, so that brute force excuses a walk which misses it. Most are met all the same.
+    assert!(compare_with_oracle("needles", &scene, &prepared, &aimed).hits > 1000);
+    // The error band is wider than a needle, so that brute force excuses a traversal which misses
+    // it. Most are hit nevertheless.
     let oracle = Oracle::new(&scene, DVec3::ZERO);
-    let queries: Vec<_> = aimed.iter().map(Rays::closest).collect();
-    let (mut there, mut met) = (0, 0);
-    for (ray, found) in aimed.iter().zip(walk(&prepared, &queries)) {
+    let queries: Vec<_> = aimed.iter().map(ProbeRays::closest).collect();
+    let (mut there, mut hits) = (0, 0);
+    for (ray, found) in aimed.iter().zip(traverse(&prepared, &queries)) {
         if let Some(crossing) = oracle.intersect(ray).filter(|c| c.vertices[0] < n) {
             there += 1;
-            met +=
+            hits +=
                 usize::from(found.hit().is_some_and(|hit| f64::from(hit.t) < crossing.t + crossing.t_band.min(1e-3)));
         }
     }
-    println!("of {there} needles that a ray meets in f64 it meets {met}");
-    assert!(there > 500 && 2 * met > there, "of {there} needles that a ray meets in f64 it meets {met}");
+    println!("of {there} needles that a ray hits in f64 the traversal hits {hits}");
+    assert!(there > 500 && 2 * hits > there, "of {there} needles that a ray hits in f64 the traversal hits {hits}");
 }
 
-/// Rays along the axes with signed zeros among their components, from grid points: they run in the planes of boxes and triangles.
+/// Rays along the axes with signed zeros among their components, from grid points: they run in the
+/// planes of boxes and triangles.
 #[test]
 fn axis_aligned_rays() {
     let scene = geometry::axis_aligned_rays();
@@ -145,7 +150,7 @@ fn axis_aligned_rays() {
     }
     for instancing in [Instancing::Never, Instancing::Always] {
         let (scene, prepared) = lone(mesh.clone(), with(instancing));
-        let tally = hold_against_oracle("rays along axes", &scene, &prepared, &rays);
+        let tally = compare_with_oracle("rays along axes", &scene, &prepared, &rays);
         assert!(tally.hits * 2 > rays.len(), "{tally:?}");
         // From outside through the insides of squares nothing is in doubt.
         let sure = |r: &&Ray| {
@@ -156,8 +161,8 @@ fn axis_aligned_rays() {
                     x > -1.0 && x < 2.0 && x.fract() != 0.0
                 })
         };
-        let sure: Vec<_> = rays.iter().filter(sure).map(Rays::closest).collect();
-        let missed = walk(&prepared, &sure).iter().filter(|f| f.hit().is_none()).count();
+        let sure: Vec<_> = rays.iter().filter(sure).map(ProbeRays::closest).collect();
+        let missed = traverse(&prepared, &sure).iter().filter(|f| f.hit().is_none()).count();
         assert!(sure.len() > 100 && missed == 0, "{missed} of {} rays miss the squares they pierce", sure.len());
     }
 }
@@ -165,7 +170,8 @@ fn axis_aligned_rays() {
 /// Triangles about one point: a quarter of the million, unless there is time.
 const MILLION: u32 = if cfg!(feature = "long") { 1_000_000 } else { 250_000 };
 
-/// Many triangles in one place: the tree cannot separate them, and the stack must hold all the same.
+/// Many triangles in one place: the tree cannot separate them, and the stack must hold all the
+/// same.
 #[test]
 fn same_centroid_1e6() {
     let around = |c: Vec3, r: f32| [c + Vec3::new(r, 0.0, -r), c + Vec3::new(-r, r, 0.0), c + Vec3::new(0.0, -r, r)];
@@ -196,7 +202,7 @@ fn same_centroid_1e6() {
             })
             .collect();
         let (scene, prepared) = lone(mesh, BuildOptions::default());
-        assert!(hold_against_oracle(name, &scene, &prepared, &rays).hits > 40);
+        assert!(compare_with_oracle(name, &scene, &prepared, &rays).hits > 40);
     }
 
     let mesh = geometry::same_centroid(MILLION).meshes.remove(0);
@@ -211,14 +217,15 @@ fn same_centroid_1e6() {
         .collect();
     let (scene, prepared) = lone(mesh, BuildOptions::default());
     println!("a stack of {} entries for {MILLION} triangles", prepared.accel.stack_depth);
-    let tally = hold_against_oracle("a million", &scene, &prepared, &aimed);
+    let tally = compare_with_oracle("a million", &scene, &prepared, &aimed);
     assert!(tally.hits == aimed.len() && tally.ties < 4, "{tally:?}");
 
-    // A known issue: a ray on whose way a hundred thousand triangles lie at one distance meets more items than a walk may take. It is
-    // told, not wrong. When this fails, walks have no limit any more: take more triangles above.
+    // A known issue: a ray with a hundred thousand triangles at one distance hits more items than
+    // the limit of a traversal. It is reported, not wrong. When this test fails, traversal has no
+    // limit any more: use more triangles above.
     let (_, prepared) = lone(place(100_000, &|k| around(Vec3::ZERO, 1.0 + k)), BuildOptions::default());
-    let through = Rays::closest(&Ray::new(Vec3::new(0.1, 0.2, 5.0), Vec3::NEG_Z));
-    assert!(!try_walk(&prepared, &[through])[0].is_complete(), "a walk of 100,000 items comes to its end");
+    let through = ProbeRays::closest(&Ray::new(Vec3::new(0.1, 0.2, 5.0), Vec3::NEG_Z));
+    assert!(!try_traverse(&prepared, &[through])[0].is_complete(), "a traversal of 100,000 items ends");
 }
 
 /// Rays from within a closed mesh, aimed at random, at corners and at edges, never get out.
@@ -241,18 +248,18 @@ fn vertex_edge_aim() {
                         _ => shift + random.cube() * scale,
                     };
                     let ray = Ray::new(o, (target - o).normalize());
-                    Rays::closest(&ray).with_shadow(&ray, FAR)
+                    ProbeRays::closest(&ray).with_shadow(&ray, FAR)
                 })
                 .collect();
             let finite: Vec<_> = queries.into_iter().filter(|q| q.direction.iter().all(|d| d.is_finite())).collect();
-            let escaped = walk(&prepared, &finite).iter().filter(|f| f.hit().is_none() || !f.occluded()).count();
+            let escaped = traverse(&prepared, &finite).iter().filter(|f| f.hit().is_none() || !f.occluded()).count();
             assert_eq!(escaped, 0, "of {} at scale {scale}, shift {shift}, {instancing:?}", finite.len());
         }
     }
 }
 
-/// A shadow ray is blocked when it ends behind the closest hit, and free when it ends before; and the closest hit is the same,
-/// bit for bit, whatever shadow ray was walked before it.
+/// A shadow ray is blocked when it ends behind the closest hit, and free when it ends before; and
+/// the closest hit is the same, bit for bit, whatever shadow ray was traced before it.
 #[test]
 fn shadows_end_at_the_closest_hit() {
     let mut random = Random::new(51);
@@ -263,7 +270,7 @@ fn shadows_end_at_the_closest_hit() {
     for instancing in [Instancing::Never, Instancing::Always] {
         let (_, prepared) = prepare(meshes.clone(), &placements, with(instancing));
         let rays = rays(&mut random, 20_000, 3.0);
-        let alone = walk(&prepared, &rays.iter().map(Rays::closest).collect::<Vec<_>>());
+        let alone = traverse(&prepared, &rays.iter().map(ProbeRays::closest).collect::<Vec<_>>());
         let hits: Vec<_> = rays.iter().zip(&alone).filter_map(|(r, f)| Some((r, f.hit()?))).collect();
         assert!(hits.len() > 5000, "{} hits", hits.len());
         if instancing == Instancing::Always {
@@ -271,16 +278,19 @@ fn shadows_end_at_the_closest_hit() {
         }
         let ending = |factor: f32| -> Vec<bool> {
             let queries: Vec<_> =
-                hits.iter().map(|(ray, hit)| Rays::closest(ray).with_shadow(ray, hit.t * factor)).collect();
-            walk(&prepared, &queries).iter().map(|f| f.occluded()).collect()
+                hits.iter().map(|(ray, hit)| ProbeRays::closest(ray).with_shadow(ray, hit.t * factor)).collect();
+            traverse(&prepared, &queries).iter().map(|f| f.occluded()).collect()
         };
         assert!(ending(1.0 + 1e-6).iter().all(|&o| o), "a shadow ray passes its hit");
-        assert!(!ending(1.0).iter().any(|&o| o), "a shadow ray meets what lies at its end");
+        assert!(!ending(1.0).iter().any(|&o| o), "a shadow ray hits a surface at its end");
 
         // Another ray's shadow first.
-        let queries: Vec<_> =
-            rays.iter().zip(rays.iter().rev()).map(|(ray, other)| Rays::closest(ray).with_shadow(other, FAR)).collect();
-        let after = walk(&prepared, &queries);
+        let queries: Vec<_> = rays
+            .iter()
+            .zip(rays.iter().rev())
+            .map(|(ray, other)| ProbeRays::closest(ray).with_shadow(other, FAR))
+            .collect();
+        let after = traverse(&prepared, &queries);
         assert!(alone.iter().zip(&after).all(|(a, b)| a.hit() == b.hit()), "a shadow ray changes the closest hit");
         assert!(alone.iter().rev().zip(&after).all(|(a, b)| a.hit().is_some() == b.occluded()));
     }

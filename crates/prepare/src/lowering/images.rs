@@ -1,52 +1,79 @@
-//! Turns the scene's read-only arrays into images, for CPU drivers.
+//! Read-only arrays of the scene as images.
 //!
-//! Such drivers take a lane's word from a storage buffer in a loop over the lanes, some 160 instructions a word; a texel of
-//! four words from an image takes 45. Shaders speak of arrays throughout: this pass over a composed kernel replaces each
-//! array of bind group 0 by an image of `rgba32uint` texels, 4096 a row, that holds the same bytes, and each access by a
-//! call of a function that puts the element together again.
+//! CPU drivers take a lane's word from a storage buffer in a loop over the lanes, some 160 instructions a word; a
+//! texel of four words from an image takes 45. This pass replaces each array of bind group 0 by an image of
+//! `rgba32uint` texels, 4096 a row, that holds the same bytes, and each access by a call of a function that
+//! assembles the element.
 
 use std::fmt::Write;
 
 use naga::{AddressSpace, Scalar, ScalarKind, TypeInner, VectorSize};
+use wesl::syntax::{Declaration, Expression, GlobalDeclaration, TranslationUnit};
 
-/// Texels in a row of an image that stands in for a buffer; 16 bytes each.
+use super::visit::each_expression;
+
+/// Texels in a row of an image in place of a buffer; 16 bytes each.
 pub const IMAGE_WIDTH: u32 = 4096;
 
-/// The same kernel with images instead of arrays. `module` is what naga makes of `wgsl`.
-pub(crate) fn arrays_to_images(wgsl: &str, module: &naga::Module) -> String {
-    let mut text = wgsl.to_owned();
+/// Replaces the arrays. `module` is what naga makes of the kernel.
+///
+/// The error names an array whose elements are not made of whole words, or whose name a local variable hides.
+pub(crate) fn arrays_to_images(kernel: &mut TranslationUnit, module: &naga::Module) -> Result<(), String> {
     for (_, global) in module.global_variables.iter() {
         let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
         let read_only = matches!(global.space, AddressSpace::Storage { access } if access == naga::StorageAccess::LOAD);
         let TypeInner::Array { base, stride, .. } = module.types[global.ty].inner else { continue };
-        if binding.group != 0 || !read_only {
-            continue;
+        if binding.group == 0 && read_only {
+            replace(
+                kernel,
+                name,
+                &loader(name, module, base, stride).ok_or_else(|| format!("no texel holds an element of {name}"))?,
+            )?;
         }
-        let Some(loader) = loader(name, module, base, stride) else { continue };
-        let Some(declared) = declaration(&text, name) else { continue };
-        let declaration = format!("var {name}: texture_storage_2d<rgba32uint, read>;\n\n{loader}");
-        text.replace_range(declared, &declaration);
-        text = with_calls(&text, name);
     }
-    text
+    Ok(())
 }
 
-/// Where `var<storage, read> name: array<…>;` stands.
-fn declaration(text: &str, name: &str) -> Option<std::ops::Range<usize>> {
-    let mut from = 0;
-    while let Some(found) = text[from..].find("var<storage") {
-        let start = from + found;
-        let end = start + text[start..].find(';')? + 1;
-        let after = text[start..end].split_once('>')?.1.trim_start();
-        if after.strip_prefix(name).is_some_and(|rest| rest.trim_start().starts_with(':')) {
-            return Some(start..end);
+/// Replaces the array `name`, and each `name[index]` by a call of `load_name`, which `loader` declares.
+fn replace(kernel: &mut TranslationUnit, name: &str, loader: &str) -> Result<(), String> {
+    let parsed = |text: &str| text.parse::<TranslationUnit>().map_err(|e| format!("{text}: {e}"));
+    let image = parsed(&format!("var {name}: texture_storage_2d<rgba32uint, read>;"))?;
+    let Some(GlobalDeclaration::Declaration(Declaration { kind, ty, .. })) =
+        image.global_declarations.into_iter().next().map(|d| d.into_inner())
+    else {
+        return Err(format!("no image can be declared for {name}"));
+    };
+    for declaration in &mut kernel.global_declarations {
+        match declaration.node_mut() {
+            GlobalDeclaration::Declaration(array) if *array.ident.name() == name => {
+                array.kind = kind.clone();
+                array.ty = ty.clone();
+            }
+            GlobalDeclaration::Function(function) => {
+                if function.parameters.iter().any(|p| *p.ident.name() == name) {
+                    return Err(format!("a parameter of {} hides the array {name}", function.ident));
+                }
+                let mut error = None;
+                each_expression(&mut function.body, &mut |expression| {
+                    let Expression::Indexing(access) = expression else { return };
+                    if !matches!(access.base.node(), Expression::TypeOrIdentifier(base) if *base.ident.name() == name) {
+                        return;
+                    }
+                    match format!("load_{name}(u32({}))", access.index).parse::<Expression>() {
+                        Ok(call) => *expression = call,
+                        Err(e) => error = Some(format!("{name}[{}]: {e}", access.index)),
+                    }
+                });
+                error.map_or(Ok(()), Err)?;
+            }
+            _ => {}
         }
-        from = end;
     }
-    None
+    kernel.global_declarations.extend(parsed(loader)?.global_declarations);
+    Ok(())
 }
 
-/// The function `load_name(index)`; none for elements that do not lie in texels.
+/// The function `load_name(index)`; `None` for elements that are not made of whole words.
 fn loader(name: &str, module: &naga::Module, base: naga::Handle<naga::Type>, stride: u32) -> Option<String> {
     let ty = &module.types[base];
     let texel = |x: &str| {
@@ -131,33 +158,6 @@ fn scalar_name(scalar: Scalar) -> Option<&'static str> {
     }
 }
 
-/// `name[index]` becomes `load_name(index)`.
-fn with_calls(text: &str, name: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    let pattern = format!("{name}[");
-    while let Some(at) = rest.find(&pattern) {
-        let whole = !rest[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '.');
-        let open = at + pattern.len();
-        out.push_str(&rest[..at]);
-        if !whole {
-            out.push_str(&rest[at..open]);
-            rest = &rest[open..];
-            continue;
-        }
-        let mut depth = 1;
-        let close = rest[open..].find(|c| {
-            depth += i32::from(c == '[') - i32::from(c == ']');
-            depth == 0
-        });
-        let close = open + close.unwrap_or(rest.len() - open);
-        out.push_str(&format!("load_{name}(u32({}))", with_calls(&rest[open..close], name)));
-        rest = rest.get(close + 1..).unwrap_or_default();
-    }
-    out.push_str(rest);
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,7 +178,9 @@ mod tests {
     #[test]
     fn arrays_of_the_first_group_become_images_of_the_same_bytes() {
         let module = naga::front::wgsl::parse_str(SHADER).unwrap();
-        let text = arrays_to_images(SHADER, &module);
+        let mut kernel: TranslationUnit = SHADER.parse().unwrap();
+        arrays_to_images(&mut kernel, &module).unwrap();
+        let text = kernel.to_string();
         let images = naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
         let validated = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), Default::default());
         { validated }.validate(&images).unwrap();

@@ -1,4 +1,4 @@
-//! The walk over the items against brute force in f64.
+//! Traversal of the items against brute force in f64.
 
 mod common;
 
@@ -9,7 +9,7 @@ use surelight_scene::{Mesh, Scene};
 
 const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Medium, Quality::Slow];
 
-/// Every way to build, but for where meshes stand.
+/// Every combination of build options.
 fn every_way() -> [BuildOptions; 3] {
     QUALITIES.map(|quality| BuildOptions { quality, ..BuildOptions::default() })
 }
@@ -101,7 +101,8 @@ fn the_front_of_a_mirrored_sphere_is_outside() {
     }
 }
 
-/// Rays along the axes with every mix of signed zeros, from grid points, so that they run in box and triangle planes.
+/// Rays along the axes with every mix of signed zeros, from grid points, so that they run in box
+/// and triangle planes.
 fn axis_rays() -> Vec<Ray> {
     let mut out = Vec::new();
     for axis in 0..3 {
@@ -241,8 +242,8 @@ fn needles_agree_within_their_band() {
     }
 }
 
-/// Rays that find a way out of a closed mesh, of `n` from the centre, from inside and from near the surface, aimed at
-/// random, at vertices and at points of edges.
+/// Rays that find a way out of a closed mesh, of `n` from the centre, from inside and from near the
+/// surface, aimed at random, at vertices and at points of edges.
 fn escapes(accel: &Accel, mesh: &Mesh, shift: Vec3, scale: f32, n: usize) -> usize {
     let mut rng = Rng::new(51);
     let mut escaped = 0;

@@ -1,4 +1,4 @@
-//! The kernel's walk on the CPU, over the same items and in the same order of operations; see
+//! The kernel's traversal on the CPU, over the same items and in the same order of operations; see
 //! [`crate::item`].
 
 use glam::Vec3;
@@ -22,9 +22,9 @@ pub struct Ray {
     pub origin: Vec3,
     /// Where it goes; need not be of unit length.
     pub direction: Vec3,
-    /// Hits count from here, in multiples of the direction; at least 0.
+    /// Minimum distance of hits, in multiples of the direction; at least 0.
     pub t_min: f32,
-    /// Hits count up to here; at most 1e30, which stands for no limit.
+    /// Maximum distance of hits; at most 1e30, which means no limit.
     pub t_max: f32,
 }
 
@@ -57,7 +57,7 @@ pub fn safe_reciprocal(direction: Vec3) -> Vec3 {
     direction.abs().max(Vec3::splat(MIN_DIRECTION)).copysign(direction).recip()
 }
 
-/// A ray as one level of the tree sees it.
+/// A ray in the space of one level of the tree.
 #[derive(Clone, Copy)]
 struct Local {
     origin: Vec3,
@@ -73,7 +73,7 @@ impl Local {
     fn new(origin: Vec3, direction: Vec3) -> Self {
         let reciprocal = safe_reciprocal(direction);
         let a = direction.abs();
-        // A shear along the greatest component keeps the other two coordinates as they are.
+        // A shear along the greatest component keeps the other two coordinates.
         let (x, y, z) = if a.z >= a.x && a.z >= a.y {
             let s = -direction * reciprocal.z;
             (Vec3::new(1.0, 0.0, s.x), Vec3::new(0.0, 1.0, s.y), Vec3::new(0.0, 0.0, reciprocal.z))
@@ -88,7 +88,7 @@ impl Local {
     }
 
     /// Distance at which each child is entered.
-    fn enter(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
+    fn child_entries(&self, item: &Item, count: u32, t_min: f32, t_max: f32) -> [Option<f32>; 4] {
         let r = self.reciprocal;
         let m = item.step() * r;
         let n = (item.vec3(0) - self.origin) * r;
@@ -99,11 +99,11 @@ impl Local {
         };
         let words = [words(0), words(1), words(2)];
         let mut out = [None; 4];
-        for (c, entry) in out.iter_mut().enumerate().take(count as usize) {
+        for (c, stack_entry) in out.iter_mut().enumerate().take(count as usize) {
             let t = |side: usize, axis: usize| f32::from(words[axis][side].to_le_bytes()[c]) * m[axis] + n[axis];
             let near = t(0, 0).max(t(0, 1)).max(t(0, 2)).max(t_min);
             let far = (t(1, 0).min(t(1, 1)).min(t(1, 2)) * SLAB_PADDING).min(t_max);
-            *entry = (near <= far).then_some(near);
+            *stack_entry = (near <= far).then_some(near);
         }
         out
     }
@@ -146,7 +146,7 @@ impl Local {
 }
 
 /// The children still to be visited, as a stack entry; `order` is sorted, [`MISS`] last.
-fn entry(base: u32, order: [u32; 3]) -> u32 {
+fn stack_entry(base: u32, order: [u32; 3]) -> u32 {
     let first = order[0] & 3;
     let second = if order[1] == MISS { first } else { order[1] & 3 };
     let third = if order[2] == MISS { second } else { order[2] & 3 };
@@ -156,20 +156,20 @@ fn entry(base: u32, order: [u32; 3]) -> u32 {
 impl Accel {
     /// The nearest hit with `t_min` < t < `t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.walk(ray, false).0
+        self.traverse(ray, false).0
     }
 
     /// Whether anything is hit with `t_min` < t < `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.walk(ray, true).0.is_some()
+        self.traverse(ray, true).0.is_some()
     }
 
     /// The nearest hit, and how many items were read to find it.
     pub fn intersect_counted(&self, ray: &Ray) -> (Option<Hit>, u32) {
-        self.walk(ray, false)
+        self.traverse(ray, false)
     }
 
-    fn walk(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
+    fn traverse(&self, ray: &Ray, any: bool) -> (Option<Hit>, u32) {
         let world = Local::new(ray.origin, ray.direction);
         let mut local = world;
         let mut instance = NO_INSTANCE;
@@ -190,7 +190,7 @@ impl Accel {
                     // Distances are not negative, so their bits sort like integers; the two lowest
                     // make room for the child.
                     let mut order = [MISS; 4];
-                    for (c, t) in local.enter(item, count, ray.t_min, t_max).into_iter().enumerate() {
+                    for (c, t) in local.child_entries(item, count, ray.t_min, t_max).into_iter().enumerate() {
                         if let Some(t) = t {
                             order[c] = t.to_bits() & !3 | c as u32;
                         }
@@ -200,7 +200,7 @@ impl Accel {
                         next = Some(item.0[4] + (order[0] & 3));
                     }
                     if order[1] != MISS {
-                        stack[height] = entry(item.0[4], [order[1], order[2], order[3]]);
+                        stack[height] = stack_entry(item.0[4], [order[1], order[2], order[3]]);
                         height += 1;
                     }
                 }
@@ -246,11 +246,11 @@ impl Accel {
     }
 }
 
-/// [`Local::enter`] for a node on its own.
+/// [`Local::child_entries`] for a node on its own.
 #[cfg(test)]
-pub(crate) fn enter_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
+pub(crate) fn child_entries_for_tests(item: &Item, origin: Vec3, direction: Vec3) -> [Option<f32>; 4] {
     let Kind::Node(count) = item.kind() else { return [None; 4] };
-    Local::new(origin, direction).enter(item, count, 0.0, 1e30)
+    Local::new(origin, direction).child_entries(item, count, 0.0, 1e30)
 }
 
 #[cfg(test)]
@@ -264,7 +264,7 @@ mod tests {
             for (slot, c) in order.iter_mut().zip(list) {
                 *slot = 1000 << 2 | c;
             }
-            let mut top = entry(0x3ff_fffe, order);
+            let mut top = stack_entry(0x3ff_fffe, order);
             let mut given = Vec::new();
             loop {
                 assert!(top >> 6 == 0x3ff_fffe);

@@ -1,11 +1,12 @@
 //! Pixels that use each other's paths see the same picture, with less noise.
 //!
-//! Their errors are not independent within 2×2 pixels, so that what is compared are means of pictures over independent seeds.
+//! Their errors are not independent within 2×2 pixels, so that means of pictures over independent
+//! seeds are compared.
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_prepare::{Part, Settings, SharedPaths};
+use surelight_prepare::{Part, PathReuse, Settings};
 use surelight_render::Renderer;
 use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
 use surelight_scenes::shapes::Shape;
@@ -33,10 +34,8 @@ fn means(film: &Film, channel: usize) -> [f64; 5] {
 
 /// Pictures of so many seeds.
 fn pictures(scene: &Scene, shared: bool, seeds: std::ops::Range<u32>, batches: u32, samples: u32) -> Vec<Film> {
-    let settings = Settings {
-        shared_paths: if shared { SharedPaths::On } else { SharedPaths::Off },
-        ..Settings::new(SIZE[0], SIZE[1])
-    };
+    let settings =
+        Settings { path_reuse: if shared { PathReuse::On } else { PathReuse::Off }, ..Settings::new(SIZE[0], SIZE[1]) };
     let repeats = scene.instances.len() > scene.meshes.len();
     let prepared = prepare(scene, &if repeats { forms::instanced(settings) } else { settings });
     assert_eq!((prepared.key().has(Part::SharedPaths), prepared.key().has(Part::Instances)), (shared, repeats));
@@ -59,7 +58,8 @@ fn estimate(values: impl Iterator<Item = f64> + Clone) -> Estimate {
     Estimate { mean, variance: squares / (n * (n - 1.0)), dof: n - 1.0 }
 }
 
-/// Relative variance over pictures, of the median pixel: edges and lamps, where nothing is shared, have most of the sum.
+/// Relative variance over pictures, of the median pixel: edges and lamps, where nothing is shared,
+/// have most of the sum.
 fn relative_variance(pictures: &[Film]) -> f64 {
     let of = |i| {
         let pixel = estimate(pictures.iter().map(|film| film.mean(i)[1]));
@@ -70,7 +70,7 @@ fn relative_variance(pictures: &[Film]) -> f64 {
     relative[relative.len() / 2]
 }
 
-/// Means are the same; the variance is less than `ratio` of that of pixels apart.
+/// Means are the same; the variance is less than `ratio` of that without path reuse.
 fn check(scene: &Scene, samples: u32, power: f64, ratio: f64) {
     const SEEDS: u32 = 32;
     let apart = pictures(scene, false, 0..SEEDS, 2, samples);
@@ -91,16 +91,16 @@ fn check(scene: &Scene, samples: u32, power: f64, ratio: f64) {
             );
             if part == 4 {
                 println!(
-                    "{}, channel {channel}: off by {relative:+.1e}, p {:.2}, {detectable:.1e} would be seen",
+                    "{}, channel {channel}: off by {relative:+.1e}, p {:.2}, {detectable:.1e} would be detected",
                     scene.name, test.p
                 );
-                assert!(detectable < power, "{}: only {detectable:.1e} would be seen", scene.name);
+                assert!(detectable < power, "{}: only {detectable:.1e} would be detected", scene.name);
             }
         }
     }
     let found = relative_variance(&joint) / relative_variance(&apart);
-    println!("{}: variance {found:.3} of that of pixels apart", scene.name);
-    assert!(found < ratio, "{}: variance {found} of that of pixels apart", scene.name);
+    println!("{}: variance {found:.3} of that without path reuse", scene.name);
+    assert!(found < ratio, "{}: variance {found} of that without path reuse", scene.name);
 }
 
 #[test]
@@ -113,8 +113,8 @@ fn neighbours_agree_about_gloss() {
     check(&forms::lamp(), 16, 0.01, 0.95);
 }
 
-/// A wall before the near plane hides nothing; half of the box lies beyond the far plane, and lights
-/// the rest.
+/// A wall before the near plane hides nothing; half of the box lies beyond the far plane, and
+/// lights the rest.
 #[test]
 fn neighbours_agree_about_what_a_near_plane_leaves() {
     let mut scene = surelight_scenes::cornell_box::cornell_box();
@@ -173,7 +173,7 @@ fn veils() -> Scene {
     scene
 }
 
-/// Coverage by chance must be the same for all that look at a point.
+/// Stochastic coverage must be the same for all rays that hit a point.
 #[test]
 fn neighbours_agree_about_veils() {
     check(&veils(), 16, 0.02, 0.95);
@@ -182,7 +182,7 @@ fn neighbours_agree_about_veils() {
 /// However one sequence is cut into passes, and chance about veils with it.
 #[test]
 fn slices_have_the_bits_of_the_whole() {
-    let settings = Settings { shared_paths: SharedPaths::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
+    let settings = Settings { path_reuse: PathReuse::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
     let prepared = prepare(&veils(), &settings);
     assert!(prepared.key().has(Part::Alpha) && prepared.key().has(Part::SharedPaths));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
@@ -208,10 +208,11 @@ fn neighbours_agree_about_leaning_normals() {
     check(&scene, 16, 0.02, 0.95);
 }
 
-/// Squares lie on a grid from the image's corner, so that a crop with odd sides has the whole picture's pixels, bit for bit.
+/// Squares lie on a grid from the image's corner, so that a crop with odd sides has the whole
+/// picture's pixels, bit for bit.
 #[test]
 fn crops_have_the_pixels_of_the_whole() {
-    let settings = Settings { shared_paths: SharedPaths::On, ..Settings::new(37, 21) };
+    let settings = Settings { path_reuse: PathReuse::On, ..Settings::new(37, 21) };
     let prepared = prepare(&forms::lamp(), &settings);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut whole = Film::new(37, 21);
