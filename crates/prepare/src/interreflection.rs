@@ -12,9 +12,9 @@ use surelight_scene::{Camera, Material, Projection, Scene};
 use super::{
     clip::Planes,
     lobes::{has_facets, mean_albedo},
+    shared::View,
     surface::Surface,
     unreachable::{direction_around, point},
-    view::View,
 };
 
 const RAYS: u32 = 1024;

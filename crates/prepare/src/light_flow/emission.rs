@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use surelight_scene::{Light, LightKind};
 
 use super::FlowInput;
-use crate::{caustics::cone_height, lights::AreaLight, luminance, unreachable::direction_around};
+use crate::{caustics::cone_height, luminance, shared::AreaLight, unreachable::direction_around};
 
 /// A kind of light that sends photons.
 #[derive(Clone, Copy)]

@@ -27,7 +27,7 @@ use surelight_accel::Accel;
 use surelight_scene::{Camera, Scene};
 
 use self::emission::{Source, Sources};
-use super::{casters::Ball, clip::Planes, environment::EnvironmentTable, lights::AreaLight, view::View};
+use super::{casters::Ball, clip::Planes, environment::EnvironmentTable, shared::AreaLight, shared::View};
 
 /// Photons emitted in all directions, and photons aimed at surfaces with delta lobes.
 const DIRECT_RAYS: u32 = 4096;
