@@ -25,9 +25,9 @@ use crate::{
     needs::{SceneFeatures, decide, is_smooth_pane, may_be_smooth},
     reflect::RecordLayout,
     settings::{Integrator, PathReuse, Settings},
+    shared::View,
     textures::Textures,
     unreachable::{self, CameraRays, Unreachable},
-    shared::View,
 };
 
 /// A scene with a camera, ready to be uploaded.
@@ -270,7 +270,7 @@ impl Prepared {
 /// Additions to a kernel by measurements and tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instrument {
-    /// Rays are traversed several times (`surelight_render::Renderer::set_walks`).
+    /// Rays are traversed several times (`surelight_render::instrument`).
     RepeatedTraversal,
     /// Paths end at the bounce limit alone.
     NoRoulette,
