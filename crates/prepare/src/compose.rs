@@ -6,7 +6,6 @@ use wesl::{CompileOptions, Feature, ModulePath, NoMangler, VirtualResolver};
 
 use crate::{
     error::{PrepareError, Source},
-
     kernel_key::{KernelKey, Part, TABLE},
     lowering::{branches::lower_branches, images::arrays_to_images},
     shared,

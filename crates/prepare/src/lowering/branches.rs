@@ -57,7 +57,10 @@ fn looped(branch: &IfStatement) -> Result<Statement, &'static str> {
     if leaves_loop(&branch.if_clause.body) {
         return Err("its body leaves an outer loop");
     }
-    let text = format!("{{ var taken = {}; loop {{ if (!taken) {{ break; }} taken = false; }} }}", branch.if_clause.expression);
+    let text = format!(
+        "{{ var taken = {}; loop {{ if (!taken) {{ break; }} taken = false; }} }}",
+        branch.if_clause.expression
+    );
     let mut lowered: Statement = text.parse().map_err(|_| "its condition cannot be moved")?;
     let Statement::Compound(block) = &mut lowered else { return Err("it is no block") };
     let Some(Statement::Loop(once)) = block.statements.last_mut().map(|s| s.node_mut()) else {
@@ -105,7 +108,11 @@ mod tests {
     #[test]
     fn elsewhere_the_mark_goes() {
         let text = lowered("@branch if (a) { g(); } if (a) { h(); }", false).unwrap();
-        assert_eq!((text.matches("if").count(), text.contains("loop"), text.contains('@')), (2, false, false), "{text}");
+        assert_eq!(
+            (text.matches("if").count(), text.contains("loop"), text.contains('@')),
+            (2, false, false),
+            "{text}"
+        );
         assert!(lowered("if (a) { h(); }", true).unwrap().contains("if (a)"));
     }
 

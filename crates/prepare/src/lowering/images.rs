@@ -24,7 +24,11 @@ pub(crate) fn arrays_to_images(kernel: &mut TranslationUnit, module: &naga::Modu
         let read_only = matches!(global.space, AddressSpace::Storage { access } if access == naga::StorageAccess::LOAD);
         let TypeInner::Array { base, stride, .. } = module.types[global.ty].inner else { continue };
         if binding.group == 0 && read_only {
-            replace(kernel, name, &loader(name, module, base, stride).ok_or_else(|| format!("no texel holds an element of {name}"))?)?;
+            replace(
+                kernel,
+                name,
+                &loader(name, module, base, stride).ok_or_else(|| format!("no texel holds an element of {name}"))?,
+            )?;
         }
     }
     Ok(())
