@@ -32,13 +32,14 @@ fn line(row: &Row) -> String {
 
 fn page() -> String {
     let mut page = String::from(
-        "# The parts of a kernel\n\n\
-         A kernel contains what its scene, its settings and its device need, and nothing else. After this page\n\
-         you know every part that there is: the condition that shader modules test with `@if(…)`, why a kernel\n\
-         has it, its requirements and its exclusions. `surelight info SCENE` shows the parts of one kernel.\n\n\
+        "# Parts of a kernel\n\n\
+         A kernel contains the parts that its scene, its settings and its device need, and nothing else.\n\
+         After this page you know all of them: the condition that shader modules test with `@if(…)`, the\n\
+         reason for which a kernel has a part, its needs and its exclusions. `surelight info SCENE` shows\n\
+         the parts of one kernel.\n\n\
          This page is made from the table in\n\
-         [`crates/prepare/src/kernel_key/table.rs`](../crates/prepare/src/kernel_key/table.rs), which the composer\n\
-         and the tests use as well; a test keeps it true.\n\n\
+         [`crates/prepare/src/kernel_key/table.rs`](../crates/prepare/src/kernel_key/table.rs), which the\n\
+         composer and the tests use as well; a test keeps it true.\n\n\
          | part | meaning | origin | needs | excludes |\n|---|---|---|---|---|\n",
     );
     TABLE.iter().for_each(|row| writeln!(page, "{}", line(row)).expect("a string grows"));

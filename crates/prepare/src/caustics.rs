@@ -7,11 +7,12 @@ use glam::{DVec3, Vec3};
 use surelight_accel::{Accel, Ray};
 use surelight_scene::{Camera, LightKind, Projection, Scene};
 
+use crate::shared::{AreaLight, LIGHT_KIND_ENVIRONMENT, LIGHT_KIND_PUNCTUAL, LightEntry};
 use super::{
     alias::alias_table,
     casters::Ball,
     environment::EnvironmentTable,
-    lights::{AreaLight, KIND_ENVIRONMENT, KIND_PUNCTUAL, LightEntry, Lights},
+    lights::{Lights, light_word},
     lobes::transmits,
     luminance,
 };
@@ -69,12 +70,12 @@ impl Caustics {
         }
         for (i, light) in scene_lights(scene).enumerate() {
             powers.push(punctual_power(light, accel.origin, balls));
-            which.push(KIND_PUNCTUAL | i as u32);
+            which.push(light_word(LIGHT_KIND_PUNCTUAL, i as u32));
         }
         let discs: f64 = balls.iter().map(|b| PI * b.radius * b.radius).sum();
         if let Some((table, factor)) = environment.filter(|(table, _)| table.source_pdf.is_finite()) {
             powers.push(table.total * factor * discs);
-            which.push(KIND_ENVIRONMENT);
+            which.push(light_word(LIGHT_KIND_ENVIRONMENT, 0));
         }
         let total: f64 = powers.iter().sum();
         if !(total > 0.0 && total.is_finite()) {

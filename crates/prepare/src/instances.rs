@@ -1,22 +1,8 @@
 //! Placed meshes, as the kernel reads them.
 
-use bytemuck::{Pod, Zeroable};
 use surelight_accel::InstanceRecord;
 
-/// Counterpart of `Instance` in `shaders/scene/instances.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct InstanceRows {
-    pub(crate) world_x: [f32; 4],
-    pub(crate) world_y: [f32; 4],
-    pub(crate) world_z: [f32; 4],
-    pub(crate) object_x: [f32; 3],
-    pub(crate) first_light: u32,
-    pub(crate) object_y: [f32; 3],
-    pub(crate) pad_0: u32,
-    pub(crate) object_z: [f32; 3],
-    pub(crate) pad_1: u32,
-}
+use crate::shared::InstanceRows;
 
 impl InstanceRows {
     /// Leaves out fields that only the host needs. `first_light`: of its emissive triangles.

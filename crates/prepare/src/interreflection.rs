@@ -11,7 +11,7 @@ use super::{
     clip::Planes,
     lobes::has_facets,
     unreachable::{direction_around, point},
-    view::View,
+    shared::View,
 };
 
 const RAYS: u32 = 1024;

@@ -10,8 +10,9 @@
 //! are large and surround the receivers; and since it is never 0, no light is ever left out.
 //! `shaders/light/tree.wesl` descends the tree.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
+
+use crate::shared::{LIGHT_LEAF, LightNode, LightPath};
 
 /// Children of a node.
 const WIDTH: usize = 4;
@@ -21,9 +22,6 @@ const MAX_DEPTH: u32 = 32;
 
 /// Parts of an axis between which lights are split.
 const BUCKETS: usize = 16;
-
-/// Marks a link to a light. Counterpart of the constant in `shaders/light/tree.wesl`.
-const LEAF: u32 = 1 << 31;
 
 /// A light of the tree.
 #[derive(Clone, Copy, Debug)]
@@ -36,27 +34,6 @@ pub(crate) struct TreeLight {
     pub(crate) normal: Option<DVec3>,
     /// Watts, or anything in proportion; at least 0. A light without power is never chosen.
     pub(crate) power: f64,
-}
-
-/// One of four siblings. Counterpart of `LightNode` in `shaders/light/tree.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct LightNode {
-    pub(crate) center: [f32; 3],
-    pub(crate) variance: f32,
-    pub(crate) normal_xy: u32,
-    pub(crate) normal_z: f32,
-    pub(crate) power: f32,
-    pub(crate) link: u32,
-}
-
-/// The path from the root to a light. Counterpart of `LightPath` in `shaders/light/tree.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct LightPath {
-    pub(crate) trail: [u32; 2],
-    pub(crate) inverse_area: f32,
-    pub(crate) unused: u32,
 }
 
 /// The tree: the children of each node adjacent, those of the root first.
@@ -192,7 +169,7 @@ impl Builder {
             trail[(place.level / 16) as usize] |= (k as u32) << (2 * (place.level % 16));
             self.tree.nodes[base + k] = self.record(&Sums::of(part));
             if let [only] = part {
-                self.tree.nodes[base + k].link = LEAF | only.light;
+                self.tree.nodes[base + k].link = LIGHT_LEAF | only.light;
                 self.tree.paths[only.light as usize].trail = trail;
             } else {
                 self.node(part, splits, NodePosition { own: Some(base + k), trail, level: place.level + 1 });
@@ -322,7 +299,7 @@ mod tests {
                 continue;
             }
             let (mut base, mut level) = (0u32, 0);
-            while base & LEAF == 0 {
+            while base & LIGHT_LEAF == 0 {
                 let child = path.trail[level / 16] >> (2 * (level % 16)) & 3;
                 let at = (base + child) as usize;
                 visits[at] = true;
@@ -331,7 +308,7 @@ mod tests {
                 level += 1;
                 assert!(level <= tree.depth as usize && level <= MAX_DEPTH as usize, "light {i} lies too deep");
             }
-            assert_eq!(base & !LEAF, i as u32);
+            assert_eq!(base & !LIGHT_LEAF, i as u32);
         }
         for (node, visits) in tree.nodes.iter().zip(visits) {
             assert_eq!(node.power > 0.0, visits, "{node:?}");
@@ -366,8 +343,8 @@ mod tests {
         };
         assert!((of_children(&decoded) - normal).length() < 1e-3);
         // A leaf's spread is that of its triangle: (a² + b² + c²) / 36 of its sides.
-        let leaf = tree.nodes.iter().find(|n| n.link & LEAF != 0).expect("there are lights");
-        let [a, b, c] = lights[(leaf.link & !LEAF) as usize].corners;
+        let leaf = tree.nodes.iter().find(|n| n.link & LIGHT_LEAF != 0).expect("there are lights");
+        let [a, b, c] = lights[(leaf.link & !LIGHT_LEAF) as usize].corners;
         let exact = [a - b, b - c, c - a].map(DVec3::length_squared).iter().sum::<f64>() / 36.0;
         assert!((f64::from(leaf.variance) / exact - 1.0).abs() < 1e-6);
     }

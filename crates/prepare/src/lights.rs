@@ -8,10 +8,14 @@ use std::{
     f64::consts::PI,
 };
 
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use surelight_accel::Accel;
 use surelight_scene::{LightKind, Material, Mesh, Scene};
+
+use crate::shared::{
+    AreaLight, LIGHT_KIND_ENVIRONMENT, LIGHT_KIND_PUNCTUAL, LIGHT_KIND_SHIFT, LightEntry, MIRRORED, PARALLELOGRAM,
+    PunctualLight,
+};
 
 use super::{
     Integrator,
@@ -22,57 +26,16 @@ use super::{
     luminance,
 };
 
-/// Counterpart of `LightEntry` in `shaders/light/light.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct LightEntry {
-    pub(crate) threshold: f32,
-    pub(crate) alias_entry: u32,
-    pub(crate) probability: f32,
-    pub(crate) light: u32,
-}
-
-/// Counterpart of `AreaLight` in `shaders/light/area.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct AreaLight {
-    pub(crate) v0: [f32; 3],
-    pub(crate) prim: u32,
-    pub(crate) e1: [f32; 3],
-    pub(crate) shape: u32,
-    pub(crate) e2: [f32; 3],
-    pub(crate) weight: f32,
-}
-
-/// Counterpart of `PunctualLight` in `shaders/light/punctual.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct PunctualLight {
-    pub(crate) position: [f32; 3],
-    pub(crate) kind: u32,
-    pub(crate) intensity: [f32; 3],
-    pub(crate) angle_scale: f32,
-    pub(crate) direction: [f32; 3],
-    pub(crate) angle_offset: f32,
-}
-
-pub(super) const KIND_PUNCTUAL: u32 = 1 << 30;
-pub(super) const KIND_ENVIRONMENT: u32 = 2 << 30;
-
-/// Marks a record's material: the light is a parallelogram. Counterpart of the constant in
-/// `shaders/light/area.wesl`.
-const PARALLELOGRAM: u32 = 1 << 31;
-
-/// Marks a record's material: a mirroring instance turned the triangle over, so that `e1` and `e2`
-/// are the edges to its third and second corner. Counterpart of the constant in
-/// `shaders/light/area.wesl`.
-const MIRRORED: u32 = 1 << 30;
-
 /// Fewer area lights than these are chosen by the alias table.
 const MIN_TREE_LIGHTS: usize = 2;
 
 /// Means no light.
 const NONE: u32 = u32::MAX;
+
+/// A light as entries of the light table name it.
+pub(crate) fn light_word(kind: u32, index: u32) -> u32 {
+    kind << LIGHT_KIND_SHIFT | index
+}
 
 /// The lights of a scene, each with its power as weight.
 #[derive(Default)]
@@ -159,13 +122,13 @@ impl Lights {
         for light in &scene.lights {
             let (record, power) = punctual(light, accel.origin, catch);
             if power > 0.0 {
-                which.push(KIND_PUNCTUAL | lights.punctual.len() as u32);
+                which.push(light_word(LIGHT_KIND_PUNCTUAL, lights.punctual.len() as u32));
                 powers.push(power);
                 lights.punctual.push(record);
             }
         }
         if let Some(integral) = environment {
-            which.push(KIND_ENVIRONMENT);
+            which.push(light_word(LIGHT_KIND_ENVIRONMENT, 0));
             powers.push(integral * catch);
         }
         let total: f64 = powers.iter().sum();

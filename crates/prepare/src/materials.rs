@@ -6,12 +6,7 @@ use super::lobes::{has_alpha_volume, ior_spread, is_dispersive};
 use super::slots::Slot;
 use super::textures::Textures;
 use crate::reflect::{RecordLayout, RecordWriter};
-
-const FLAG_DOUBLE_SIDED: u32 = 1;
-const FLAG_UNLIT: u32 = 2;
-const FLAG_THIN: u32 = 4;
-const FLAG_NOT_OPAQUE: u32 = 8;
-const FLAG_BOUNDARY: u32 = 16;
+use crate::shared::{FLAG_BOUNDARY, FLAG_DOUBLE_SIDED, FLAG_NOT_OPAQUE, FLAG_THIN, FLAG_UNLIT};
 
 /// A material with its textures resolved: all that a kernel may read, before its parts are known.
 #[derive(Clone, Debug)]

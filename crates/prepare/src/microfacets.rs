@@ -7,9 +7,9 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// Columns of equal sqrt(cosθ), rows of equal sqrt(α), both from 0 to 1. Counterpart of
-/// `FACET_STEPS` in `shaders/bsdf/facets.wesl`.
-const STEPS: usize = 32;
+use crate::shared::FACET_STEPS;
+
+const STEPS: usize = FACET_STEPS as usize;
 
 /// Cosines and α below these are taken for them: the sampling is not defined at 0.
 const MIN_COSINE: f64 = 1e-3;

@@ -27,7 +27,7 @@ use crate::{
     settings::{Integrator, PathReuse, Settings},
     textures::Textures,
     unreachable::{self, CameraRays, Unreachable},
-    view::View,
+    shared::View,
 };
 
 /// A scene with a camera, ready to be uploaded.

@@ -5,16 +5,12 @@ use std::borrow::Cow;
 use crate::{
     caustics::Caustics,
     compose::Composed,
-    instances::InstanceRows,
     kernel_key::Part,
-    light_tree::{LightNode, LightPath},
-    lights::{AreaLight, LightEntry, PunctualLight},
     microfacets::facet_albedos,
     prepared::Prepared,
     reflect::RecordLayout,
+    shared::{InstanceRows, View},
     sheen::sheen_albedos,
-    textures::TextureUse,
-    view::View,
 };
 
 /// An array of the scene, as the kernel reads it.
@@ -125,56 +121,4 @@ macro_rules! host_layout {
             span: size_of::<$record>() as u32,
         }
     }};
-}
-
-/// Each record of fixed layout that a prepared scene shares with shaders, by its name in WGSL.
-///
-/// Fields called `pad…` are the implicit padding of WGSL.
-pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
-    vec![
-        (
-            "View",
-            crate::host_layout!(View {
-                origin,
-                lens_radius,
-                right,
-                focus,
-                up,
-                seed,
-                forward,
-                max_bounces,
-                environment,
-                environment_rotation,
-                size,
-                environment_size,
-                environment_probability,
-                light_density,
-                light_count,
-                max_radiance
-            }),
-        ),
-        ("LightEntry", crate::host_layout!(LightEntry { threshold, alias_entry, probability, light })),
-        ("AreaLight", crate::host_layout!(AreaLight { v0, prim, e1, shape, e2, weight })),
-        ("LightNode", crate::host_layout!(LightNode { center, variance, normal_xy, normal_z, power, link })),
-        ("LightPath", crate::host_layout!(LightPath { trail, inverse_area, unused })),
-        (
-            "PunctualLight",
-            crate::host_layout!(PunctualLight { position, kind, intensity, angle_scale, direction, angle_offset }),
-        ),
-        ("TextureUse", crate::host_layout!(TextureUse { offset, width, height, flags, row_u, pad_0, row_v, pad_1 })),
-        (
-            "Instance",
-            crate::host_layout!(InstanceRows {
-                world_x,
-                world_y,
-                world_z,
-                object_x,
-                first_light,
-                object_y,
-                pad_0,
-                object_z,
-                pad_1
-            }),
-        ),
-    ]
 }

@@ -8,10 +8,10 @@ use std::sync::OnceLock;
 
 use surelight_estimate::gauss_legendre;
 
-/// Columns of equal sqrt(cosθ) from 0 to 1, rows of equal sqrt(α) from 0.1 to 1. Counterparts of
-/// `SHEEN_COLUMNS` and `SHEEN_ROWS` in `shaders/bsdf/sheen.wesl`.
-const COLUMNS: usize = 64;
-const ROWS: usize = 64;
+use crate::shared::{SHEEN_COLUMNS, SHEEN_ROWS};
+
+const COLUMNS: usize = SHEEN_COLUMNS as usize;
+const ROWS: usize = SHEEN_ROWS as usize;
 
 /// Cosines are clamped to at least this.
 const MIN_COSINE: f64 = 1e-3;

@@ -2,23 +2,10 @@
 
 use std::{collections::HashMap, sync::OnceLock};
 
-use bytemuck::{Pod, Zeroable};
 use glam::Affine2;
 use surelight_scene::{Filter, Scene, TextureRef, Wrap};
 
-/// Counterpart of `TextureUse` in `shaders/scene/textures.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub(crate) struct TextureUse {
-    pub(crate) offset: u32,
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    pub(crate) flags: u32,
-    pub(crate) row_u: [f32; 3],
-    pub(crate) pad_0: u32,
-    pub(crate) row_v: [f32; 3],
-    pub(crate) pad_1: u32,
-}
+use crate::shared::TextureUse;
 
 /// Means "no texture" in a material record.
 pub(crate) const NO_TEXTURE: u32 = u32::MAX;

@@ -23,7 +23,7 @@ use surelight_scene::{AlphaMode, Camera, Material, Projection, Scene};
 use super::clip::Planes;
 use super::light_flow::LightFlow;
 use super::lobes::{has_facets, is_coated, is_pane};
-use super::view::View;
+use super::shared::View;
 
 /// Rays through the picture.
 const RAYS: u32 = 4096;

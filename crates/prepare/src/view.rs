@@ -1,34 +1,10 @@
 //! The camera and everything else that is constant over a render, as the kernel reads it.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use surelight_scene::{Camera, Projection};
 
 use super::Settings;
-
-/// Counterpart of `View` in `shaders/scene/view.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct View {
-    pub(crate) origin: [f32; 3],
-    pub(crate) lens_radius: f32,
-    pub(crate) right: [f32; 3],
-    pub(crate) focus: f32,
-    pub(crate) up: [f32; 3],
-    /// Seed of all samples.
-    pub seed: u32,
-    pub(crate) forward: [f32; 3],
-    pub(crate) max_bounces: u32,
-    pub(crate) environment: [f32; 3],
-    pub(crate) environment_rotation: f32,
-    /// Pixels a row and rows.
-    pub size: [u32; 2],
-    pub(crate) environment_size: [u32; 2],
-    pub(crate) environment_probability: f32,
-    pub(crate) light_density: f32,
-    pub(crate) light_count: u32,
-    pub(crate) max_radiance: f32,
-}
+use crate::shared::View;
 
 impl View {
     /// Camera and limits; light fields are left for the lights to fill in. `origin`: where the

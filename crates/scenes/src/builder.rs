@@ -34,9 +34,10 @@ impl Builder {
         let used = &self.scene.materials[material];
         let textured = used.base_color_texture.is_some()
             || used.metallic_roughness_texture.is_some()
-            || used.normal_texture.is_some();
-        let tangents = used.normal_texture.is_some();
-        let shape = if textured { shape } else { shape.bare() };
+            || used.normal_texture.is_some()
+            || used.emissive_texture.is_some();
+        let tangents = used.normal_texture.is_some() || used.anisotropy.strength > 0.0;
+        let shape = if textured || tangents { shape } else { shape.bare() };
         self.scene.meshes.push(shape.into_mesh(name, material, tangents));
         self.scene.meshes.len() - 1
     }

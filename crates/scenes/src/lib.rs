@@ -36,6 +36,7 @@ pub mod quad_light;
 mod random;
 pub mod shapes;
 pub mod spheres;
+pub mod still_life;
 pub mod textured;
 pub mod torture;
 pub mod veach_mis;

@@ -267,6 +267,85 @@ impl Shape {
         }
     }
 
+    /// A profile of (radius, height) turned once around the y axis. Front to the right of the
+    /// profile's direction: a profile that runs up has its front outside. Smooth normals, split
+    /// where the profile bends by more than 40°; u once around, v along the profile, 1 at its first
+    /// point; tangents around the axis.
+    pub fn revolved(profile: &[DVec2], segments: u32) -> Self {
+        let direction = |i: usize| (profile[i + 1] - profile[i]).normalize();
+        let last = profile.len() - 1;
+        // Rows of vertices: a point of the profile and the normal there. A crease has two rows.
+        let mut rows: Vec<(usize, DVec2)> = Vec::new();
+        for i in 0..=last {
+            let before = direction(i.max(1) - 1);
+            let after = direction(i.min(last - 1));
+            let normal = |d: DVec2| DVec2::new(d.y, -d.x);
+            if before.dot(after) < 40f64.to_radians().cos() {
+                rows.push((i, normal(before)));
+                rows.push((i, normal(after)));
+            } else {
+                rows.push((i, normal((before + after).normalize())));
+            }
+        }
+        let mut shape = Self::default();
+        for &(point, normal) in &rows {
+            for column in 0..=segments {
+                // The last column lies exactly on the first.
+                let angle = f64::from(column % segments) / f64::from(segments) * TAU;
+                let (sin, cos) = angle.sin_cos();
+                let around = |p: DVec2| DVec3::new(p.x * cos, p.y, -p.x * sin);
+                shape.positions.push(around(profile[point]));
+                shape.normals.push(around(normal));
+                let (u, v) = (f64::from(column) / f64::from(segments), 1.0 - point as f64 / last as f64);
+                shape.uvs.push(DVec2::new(u, v));
+                shape.tangents.push(DVec3::new(-sin, 0.0, -cos));
+            }
+        }
+        for (row, pair) in rows.windows(2).enumerate() {
+            let (lower, upper) = (pair[0].0, pair[1].0);
+            if lower == upper {
+                continue;
+            }
+            for column in 0..segments {
+                let a = row as u32 * (segments + 1) + column;
+                let [b, c, d] = [a + 1, a + segments + 2, a + segments + 1];
+                if profile[lower].x > 0.0 {
+                    shape.triangles.push([a, b, c]);
+                }
+                if profile[upper].x > 0.0 {
+                    shape.triangles.push([a, c, d]);
+                }
+            }
+        }
+        shape
+    }
+
+    /// The surface `point`(u, v) over [0, 1]², `columns` × `rows` cells; front where ∂u × ∂v points.
+    /// Normals and tangents by central differences, texture coordinates (u, 1 − v).
+    pub fn sheet(columns: u32, rows: u32, point: impl Fn(f64, f64) -> DVec3) -> Self {
+        let step = 0.25 / f64::from(columns.max(rows));
+        let mut shape = Self::default();
+        for j in 0..=rows {
+            for i in 0..=columns {
+                let (u, v) = (f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
+                let along_u = point(u + step, v) - point(u - step, v);
+                let along_v = point(u, v + step) - point(u, v - step);
+                shape.positions.push(point(u, v));
+                shape.normals.push(along_u.cross(along_v).normalize());
+                shape.uvs.push(DVec2::new(u, 1.0 - v));
+                shape.tangents.push(along_u.normalize());
+            }
+        }
+        for j in 0..rows {
+            for i in 0..columns {
+                let a = j * (columns + 1) + i;
+                let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
+                shape.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        shape
+    }
+
     /// Placed by `m`. A mirror turns the triangles over, so that the front stays outside.
     #[must_use]
     pub fn transformed(mut self, m: &DAffine3) -> Self {

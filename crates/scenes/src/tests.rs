@@ -386,3 +386,31 @@ fn notes_state_true_numbers() {
     let sky = triple(spheres::sky_irradiance(&spheres::sky()));
     assert!(spheres::SKY_KNOWN.contains(&sky), "{sky}");
 }
+
+/// A profile that runs up from the axis and back to it encloses a volume: its area and its outside are those of the
+/// solid, and every edge has two triangles.
+#[test]
+fn revolved_profiles_are_closed() {
+    // The sine of π is not quite zero in f64, and the pole is on the axis.
+    let on_axis = |x: f64| if x < 1e-9 { 0.0 } else { x };
+    let angles = (0..=64).map(|i| f64::from(i) / 64.0 * PI);
+    let half_circle: Vec<_> = angles.map(|a| glam::dvec2(on_axis(a.sin()), -a.cos())).collect();
+    let cylinder = [glam::dvec2(0.0, 0.0), glam::dvec2(1.0, 0.0), glam::dvec2(1.0, 2.0), glam::dvec2(0.0, 2.0)];
+    for (profile, area, center) in [(&half_circle[..], 4.0 * PI, DVec3::ZERO), (&cylinder[..], 6.0 * PI, DVec3::Y)] {
+        let shape = Shape::revolved(profile, 96);
+        assert!((shape.area() / area - 1.0).abs() < 2e-3, "{}", shape.area());
+        let mut edges = std::collections::HashMap::new();
+        for t in &shape.triangles {
+            let p = t.map(|i| shape.positions[i as usize]);
+            let normal = (p[1] - p[0]).cross(p[2] - p[0]);
+            assert!(normal.dot(p[0] - center) >= 0.0, "a front is inside");
+            assert!(t.iter().all(|&i| shape.normals[i as usize].dot(normal) > 0.0), "a normal is turned");
+            for k in 0..3 {
+                let mut edge = [p[k], p[(k + 1) % 3]].map(|v| (v * 1e9).round().as_i64vec3().to_array());
+                edge.sort_unstable();
+                *edges.entry(edge).or_insert(0) += 1;
+            }
+        }
+        assert!(edges.values().all(|&n| n == 2), "an edge is open");
+    }
+}

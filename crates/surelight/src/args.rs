@@ -119,7 +119,8 @@ fn with_short_help(command: clap::Command) -> clap::Command {
         .after_help(footer)
 }
 
-fn definition() -> clap::Command {
+/// The whole definition, as clap has it before help is laid out.
+pub(crate) fn definition() -> clap::Command {
     RenderArgs::augment_args(Cli::command())
         .about("Renders glTF scenes by path tracing, with an error bar on every pixel.")
         .long_about(None)

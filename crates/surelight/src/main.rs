@@ -28,6 +28,8 @@ mod output;
 mod parse;
 mod parts;
 mod progress;
+#[cfg(test)]
+mod reference;
 mod render;
 mod saved;
 mod stopping;

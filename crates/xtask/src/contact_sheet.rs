@@ -12,6 +12,8 @@ use std::process::{Command, Stdio};
 
 use sheet::Entry;
 
+use crate::surelight_beside;
+
 /// Arguments of `cargo xtask contact-sheet`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
@@ -60,12 +62,6 @@ pub(crate) fn run(options: &Arguments) -> Result<(), String> {
     let failed = entries.iter().filter(|e| e.picture.is_none()).count();
     println!("{} files, {failed} without a picture", entries.len());
     sheet::write(&entries, options.size, &options.output)
-}
-
-/// The program beside this tool's own.
-fn surelight_beside() -> PathBuf {
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("surelight")));
-    beside.unwrap_or_else(|| PathBuf::from("surelight")).with_extension(std::env::consts::EXE_EXTENSION)
 }
 
 fn scenes_below(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {

@@ -3,7 +3,9 @@
 mod assets;
 mod benchmarks;
 mod contact_sheet;
+mod gallery;
 mod gpu;
+mod lettering;
 mod mutate;
 mod pixels;
 mod references;
@@ -31,6 +33,8 @@ enum Command {
     ContactSheet(contact_sheet::Arguments),
     /// Race the methods on five scenes, charts to docs/benchmarks: ten quiet minutes
     Benchmarks(benchmarks::Arguments),
+    /// Render the four pictures of README.md
+    Gallery(gallery::Arguments),
     /// Pack benches, tests and scenes for a machine with a GPU; there: FOLDER/gpu.sh OUT
     Gpu(gpu::Arguments),
     /// Print hashes of the pixels and kernels of all scenes in assets/, to compare before and after
@@ -48,6 +52,7 @@ fn main() -> ExitCode {
         Command::Assets(arguments) => assets::run(&repository().join("assets"), &arguments),
         Command::ContactSheet(arguments) => contact_sheet::run(&arguments),
         Command::Benchmarks(arguments) => benchmarks::run(&repository(), &arguments),
+        Command::Gallery(arguments) => gallery::run(&repository(), &arguments),
         Command::Gpu(arguments) => gpu::run(&repository(), &arguments),
         Command::Pixels(arguments) => pixels::run(&repository(), &arguments),
         Command::References(arguments) => references::run(&arguments),
@@ -66,6 +71,12 @@ fn main() -> ExitCode {
 /// The root of the checkout that this binary was built from.
 fn repository() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+/// The program beside this tool's own.
+fn surelight_beside() -> PathBuf {
+    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("surelight")));
+    beside.unwrap_or_else(|| PathBuf::from("surelight")).with_extension(std::env::consts::EXE_EXTENSION)
 }
 
 #[cfg(test)]

@@ -21,9 +21,10 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Mean(sampling::spot(1.0 / 4096.0).1),
         samples: 64,
         exposure: 6.0,
-        why: "A lamp that covers 1/4096 of the hemisphere. The hemisphere form waits until a direction happens to meet it: most pixels \
-              have met it never or once, and are not certified. The area form never misses it. This is what the area form is for. Whitted's \
-              one shadow ray to the middle of each of the lamp's two triangles is nearly right about so small a lamp.",
+        why: "A lamp that covers 1/4096 of the hemisphere. The hemisphere form waits until a direction happens \
+              to hit it: most pixels have hit it never or once, and are not certified. The area form never \
+              misses it; such lights are its purpose. Whitted's one shadow ray to the middle of each of the \
+              lamp's two triangles is nearly right for so small a lamp.",
     },
     Case {
         name: "large-light-on-gloss",
@@ -32,9 +33,10 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Long(Integrator::Hemisphere(surelight_render::Directions::Bsdf), 4),
         samples: 64,
         exposure: 0.0,
-        why: "A metal plate of α = 0.01 mirrors a wall of light. The BSDF knows where the light comes from, a cone of a degree, and the \
-              hemisphere form goes there. The area form takes points all over the wall, of which one in thousands lies in that cone and is \
-              then worth thousands: heavy tails. Joined by their pdfs, the form that knows better has the weight.",
+        why: "A metal plate of α = 0.01 mirrors a wall of light. The BSDF restricts the incident directions to \
+              a cone of a degree, and the hemisphere form samples it. The area form takes points all over the \
+              wall; one in thousands lies in that cone and then has a weight of thousands: heavy tails. \
+              Combined by their pdfs, the form with the better density has the weight.",
     },
     Case {
         name: "contact-light",
@@ -43,10 +45,11 @@ pub(super) const CASES: &[Case] = &[
         truth: contact_truth,
         samples: 64,
         exposure: 0.0,
-        why: "A lamp stands on the floor, and the picture is of the centimetre before it. The area form's integrand has 1/r² in it, and r \
-              goes to zero: a sample exceeds x with a probability of x^−1.5, so that it has a mean and no variance, and no number of samples \
-              brings an error bar. The tail test sees it. The hemisphere form has the 1/r² in its solid angle and does not notice, and mis \
-              leaves the close points to it. Whitted's single point knows nothing of a lamp's extent.",
+        why: "A lamp is on the floor, and the picture is of the centimetre before it. The area form's \
+              integrand has 1/r² in it, and r goes to zero: a sample exceeds x with a probability of x^−1.5, \
+              so that it has a mean and no variance, and no number of samples gives an error bar. The tail \
+              test detects it. The hemisphere form has the 1/r² in its solid angle and is unaffected, and mis \
+              leaves the close points to it. Whitted's single point ignores the lamp's extent.",
     },
     Case {
         name: "bulb-in-glass",
@@ -55,10 +58,11 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Long(Integrator::Caustics, 4),
         samples: 64,
         exposure: 3.0,
-        why: "From the camera every unbiased estimator is blind: a smooth interface bends what it is given and nothing else, so no point on \
-              the lamp can be connected with the floor. What is left is chance, in three columns alike. That light comes by chance alone is \
-              found before the first sample, by rays from the lamp, and told; the pixels are not certified. Whitted leaves such light out. \
-              Traced from the lamp, all of it comes to the floor, which the camera sees.",
+        why: "From the camera every unbiased estimator fails: a smooth interface refracts a direction into one \
+              other, so no point on the lamp can be connected with the floor. Chance alone is left, in three \
+              columns alike. Rays from the lamp detect that before the first sample, and the summary states \
+              it; the pixels are not certified. Whitted leaves such light out. Light tracing from the lamp \
+              finds all of it on the floor, which is visible to the camera.",
     },
     Case {
         name: "point-in-glass",
@@ -67,9 +71,10 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Mean(point_mean()),
         samples: 64,
         exposure: 3.0,
-        why: "The same with a light that has no extent. Chance has nothing to meet: the probability is zero, and so is the picture, with an \
-              error bar of zero. Only the look from the light can tell: all of its rays meet smooth glass first. The picture's metadata and \
-              the summary list the light as unreachable. Particles from the light do not mind.",
+        why: "The same with a light that has no extent. Chance has nothing to hit: the probability is zero, \
+              and so is the picture, with an error bar of zero. Only rays from the light detect it: all of \
+              them hit smooth glass first. The picture's metadata and the summary list the light as \
+              unreachable. Particles from the light are unaffected.",
     },
     Case {
         name: "point-on-mirror",
@@ -78,8 +83,9 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Mean(mirror_mean()),
         samples: 256,
         exposure: 0.0,
-        why: "A wall that a point light reaches by a mirror alone, a screen standing in the direct way. The closed form is that of the \
-              light's mirror image. No path from the camera finds it, and all estimators that know no others say so.",
+        why: "A wall that a point light reaches by a mirror alone; a screen blocks the direct way. The closed \
+              form is that of the light's mirror image. No path from the camera finds it, and all estimators \
+              without light tracing say so.",
     },
     Case {
         name: "interreflection",
@@ -88,9 +94,10 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Long(Integrator::Mis, 2),
         samples: 256,
         exposure: 0.0,
-        why: "The Cornell box. Whitted's picture is free of noise and wrong: what diffuse surfaces send to one another is left out, and no \
-              error bar can see what is never sampled. It is recorded as biased. The others agree. The hemisphere form pays for finding a lamp of \
-              moderate size by chance, again at every bounce.",
+        why: "The Cornell box. Whitted's picture is free of noise and wrong: light between diffuse surfaces is \
+              left out, and no error bar covers light that is never sampled. It is recorded as biased. The \
+              others agree. The hemisphere form pays for finding a lamp of moderate size by chance, again at \
+              every bounce.",
     },
     Case {
         name: "contact-shadow",
@@ -109,10 +116,11 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Long(Integrator::Caustics, 8),
         samples: 64,
         exposure: 0.0,
-        why: "Glass beside a lamp in the open: most light is connected, and what goes through glass is met by chance, seldom and bright. \
-              These are the fireflies. They are not clamped, since that would be a bias; the pixels that have them, and their neighbours that have \
-              been spared so far, are not certified. Traced from the lamp, the floor is clean; what is left to chance is the caustics that are \
-              seen through the glass again.",
+        why: "Glass beside a lamp in the open: most light is connected, and light through glass is found by \
+              chance, seldom and bright. These are the fireflies. They are not clamped, since that would be a \
+              bias; the pixels that have them, and their neighbours that have none so far, are not certified. \
+              Traced from the lamp, the floor is clean; only the caustics seen through the glass are left to \
+              chance.",
     },
     Case {
         name: "deep-paths",
@@ -121,9 +129,11 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Mean(1.0),
         samples: 16,
         exposure: 0.0,
-        why: "A closed room that keeps 99 % of the light a bounce: half of what is seen has been reflected 69 times and more. A depth limit would cut \
-              it off. Roulette that ended paths with a constant chance of 5 % a bounce would be unbiased and have no variance, since weights \
-              would grow faster than paths die; here the chance falls with the depth. The area form alone fights 1/r² in every corner.",
+        why: "A closed room that keeps 99 % of the light a bounce: half of the visible light has been \
+              reflected 69 times and more. A depth limit would cut it off. Roulette that ended paths with a \
+              constant chance of 5 % a bounce would be unbiased and have no variance, since weights would grow \
+              faster than paths die; here the chance falls with the depth. The area form alone fights 1/r² in \
+              every corner.",
     },
     Case {
         name: "far-from-origin",
@@ -132,9 +142,10 @@ pub(super) const CASES: &[Case] = &[
         truth: || Truth::Mean(f64::from(furnace::RADIANCE[1])),
         samples: 64,
         exposure: 0.0,
-        why: "A furnace of two metres at (10⁶, 10⁶, 10⁶), where an f32 has steps of 6 cm. Positions are made relative to the camera in f64 \
-              before they are rounded, so that nothing is lost; rays start off a surface by the bound of their own rounding. Whitted \
-              knows no light between the walls, and the area form meets the corners again.",
+        why: "A furnace of two metres at (10⁶, 10⁶, 10⁶), where an f32 has steps of 6 cm. Positions are made \
+              relative to the camera in f64 before they are rounded, so that nothing is lost; rays start off a \
+              surface by the bound of their own rounding. Whitted leaves out the light between the walls, and \
+              the area form has 1/r² in the corners again.",
     },
 ];
 
@@ -172,7 +183,7 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
 /// From where the floor beside a globe is seen, and to where.
 const FLOOR_VIEW: [DVec3; 2] = [DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9)];
 
-/// The globe of the torture list about a bulb; the camera looks past it at the floor.
+/// The globe of the torture list about a bulb; the camera is directed past it at the floor.
 fn globe(radius: f64) -> Scene {
     let mut scene = light::sds(Some(radius));
     scene.cameras[0] = camera(FLOOR_VIEW[0], FLOOR_VIEW[1], 30.0);
@@ -199,7 +210,7 @@ fn point() -> Scene {
     scene
 }
 
-/// ρ/π·I·cosθ/r² over the picture: what the globe reflects comes out on its other side.
+/// ρ/π·I·cosθ/r² over the picture: reflections by the globe leave on its other side.
 fn point_mean() -> f64 {
     const GRID: u32 = 256;
     let [eye, target] = FLOOR_VIEW;

@@ -1,4 +1,4 @@
-//! The map as a chapter: chart, table, a picture and a paragraph a row.
+//! The map as a page: chart, table, a picture and a paragraph per row.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,22 +16,27 @@ const GAP: usize = 6;
 const HEAD: &str = "\
 # Where each method fails
 
-A method that fails and says so is worth more than one that fails quietly. This page puts the estimators of the lecture, one that traces caustics from the lights, and Whitted's, to scenes that are built
-around one difficulty each. All have the same number of samples. The truth is a closed form where there is one, and a render with far more samples of the method
-that is best there where there is none.
+After this page you know in which scenes each integrator fails, and that it says so. Each scene is
+built around one difficulty, and all methods have the same number of samples: the estimators of the
+lecture, one that traces caustics from the lights, and Whitted's. The truth is a closed form where
+there is one; elsewhere it is a render with far more samples of the best method there.
 
-![The map: a row a difficulty, a column a method](images/failure-map/map.svg)
+![The map: a row per difficulty, a column per method](images/failure-map/map.svg)
 
-- **certified**: no bias is seen (all tests of the map together err once in a hundred), nine tenths of the pixels and more have error bars to be believed, and no
-  other unbiased method reaches an error with fewer than half the rays.
+- **certified**: no bias is detected (all tests of the map together err once in a hundred), nine
+  tenths of the pixels and more are certified, and no other unbiased method reaches an error with
+  fewer than half the rays.
 - **noisy**: the same, at so many times the rays of the best.
-- **flagged**: the render says that it is not to be believed: light is missing or comes by chance alone, or pixels are not certified.
-- **wrong**: the mean is off. *As it says*: the file's metadata and the summary list the bias. *Silently*: they do not. The map exists to have none of these.
+- **flagged**: the render says that it is not to be believed: light is missing or comes by chance
+  alone, or pixels are not certified.
+- **wrong**: the mean is off. *As it says*: the file's metadata and the summary list the bias.
+  *Silently*: they do not. The map exists to have none of these.
 
-What the estimators are good for, in a sentence each: the **hemisphere form** where light is everywhere, or where the surface knows better than the light (gloss, contact,
-deep rooms); the **area form** where lights are small and surfaces rough; **both joined** wherever either is, at the price of a shadow ray that is wasted now and then;
-**caustics** where light comes through smooth glass or by mirrors to what the camera sees: it is *both joined* everywhere else;
-**Whitted's** tree for what it was made for, points, mirrors and hard shadows, and for nothing that is soft.
+The **hemisphere form** is best where light is everywhere, or where the surface restricts it more
+than the light does (gloss, contact, deep rooms); the **area form** where lights are small and
+surfaces rough; **mis** wherever either is, at the price of a wasted shadow ray now and then.
+**caustics** adds light through smooth glass or by mirrors, and equals mis everywhere else.
+**Whitted's** tree suits points, mirrors and hard shadows, and nothing that is soft.
 ";
 
 /// Writes `failure-map.md` into a folder, and its pictures below it.
@@ -86,7 +91,7 @@ fn markdown(map: &Map) -> String {
             case.title,
             METHODS.map(|m| m.0).join(", "),
             case.name,
-            case.why
+            wrapped(case.why)
         );
         for (cell, (name, _)) in row.cells.iter().zip(METHODS) {
             let [off, error] = cell.deviation;
@@ -131,20 +136,45 @@ fn accumulation() -> String {
     }
     let n = f64::from(COUNT);
     format!(
-        "\n## Adding up\n\nNo estimator helps a sum that stops growing. An f32 has 24 bits: from 2²⁴ on, a sample of 1 is half a step. Of 2²⁶ samples whose mean is 1, a running \
-         f32 sum makes {:.4}; batches of {BATCH} in f32, added in wider numbers as the film does, make {:.7}.\n",
-        f64::from(running) / n,
-        total / n
+        "\n## Adding up\n\n{}\n",
+        wrapped(&format!(
+            "No estimator helps a sum that stops growing. An f32 has 24 bits: from 2²⁴ on, a sample of 1 is half a step. \
+             Of 2²⁶ samples whose mean is 1, a running f32 sum makes {:.4}; batches of {BATCH} in f32, added in wider \
+             numbers as the film does, make {:.7}.",
+            f64::from(running) / n,
+            total / n
+        ))
     )
 }
 
 fn foot(map: &Map) -> String {
     format!(
-        "\n## How it was made\n\n`surelight bench --map -o docs` on {}: pictures of {SIDE} × {SIDE} pixels, {BATCHES} scrambles of 16 to 256 Sobol points a pixel, every method the same \
-         number. *Cost* is the relative variance of a sample times the rays of a path, and so does not depend on the machine; heavy tails have none. Scenes and closed forms: \
-         `crates/bench/src/map/cases.rs`.\n",
-        map.device
+        "\n## How it was made\n\n{}\n",
+        wrapped(&format!(
+            "`surelight bench --map -o docs` on {}: pictures of {SIDE} × {SIDE} pixels, {BATCHES} scrambles of 16 to \
+             256 Sobol points per pixel, every method the same number. *Cost* is the relative variance of a sample times \
+             the rays of a path, and so does not depend on the machine; heavy tails have none. Scenes and closed forms: \
+             `crates/bench/src/map/cases.rs`.",
+            map.device
+        ))
     )
+}
+
+/// A paragraph in lines of at most 100 columns.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("there is a line");
+        if line.is_empty() {
+            line.push_str(word);
+        } else if line.chars().count() + 1 + word.chars().count() <= 100 {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines.join("\n")
 }
 
 #[cfg(test)]

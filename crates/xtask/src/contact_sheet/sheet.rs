@@ -4,7 +4,8 @@ use std::path::Path;
 
 use image::imageops::FilterType;
 use image::{DynamicImage, GenericImage, Rgb, RgbImage};
-use resvg::{tiny_skia, usvg};
+
+use crate::lettering;
 
 /// A file on the sheet.
 #[derive(Debug)]
@@ -25,7 +26,6 @@ const ROWS: usize = 5;
 const GAP: u32 = 8;
 const TEXT: u32 = 36;
 const PAPER: Rgb<u8> = Rgb([250, 250, 250]);
-const FONT: &[u8] = include_bytes!("../../../bench/font/DejaVuSans-subset.ttf");
 
 /// Writes the entries, 15 a sheet, each as rendered beside as published.
 pub(crate) fn write(entries: &[Entry], size: u32, folder: &Path) -> Result<(), String> {
@@ -51,7 +51,7 @@ pub(crate) fn write(entries: &[Entry], size: u32, folder: &Path) -> Result<(), S
                 words += &format!("<text x=\"{}\" y=\"{baseline}\">{}</text>", x + GAP, escaped(text));
             }
         }
-        print(&mut sheet, &words)?;
+        lettering::print(&mut sheet, &words)?;
         let path = folder.join(format!("sheet-{:02}.png", number + 1));
         sheet.save(&path).map_err(|error| format!("\"{}\" cannot be written: {error}", path.display()))?;
         println!("{}", path.display());
@@ -61,26 +61,6 @@ pub(crate) fn write(entries: &[Entry], size: u32, folder: &Path) -> Result<(), S
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
-}
-
-/// Draws SVG text in black over a picture.
-fn print(sheet: &mut RgbImage, words: &str) -> Result<(), String> {
-    let (width, height) = sheet.dimensions();
-    let svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"DejaVu Sans\" font-size=\"10\">{words}</svg>"
-    );
-    let mut options = usvg::Options::default();
-    options.fontdb_mut().load_font_data(FONT.to_vec());
-    let tree = usvg::Tree::from_str(&svg, &options).map_err(|error| format!("the text cannot be set: {error}"))?;
-    let mut ink = tiny_skia::Pixmap::new(width, height).ok_or("a sheet has no size")?;
-    resvg::render(&tree, tiny_skia::Transform::identity(), &mut ink.as_mut());
-    for (paper, ink) in sheet.pixels_mut().zip(ink.pixels()) {
-        for channel in &mut paper.0 {
-            *channel = (u32::from(*channel) * (255 - u32::from(ink.alpha())) / 255) as u8;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
