@@ -7,7 +7,6 @@ use glam::{DVec3, Vec3};
 use surelight_accel::{Accel, Ray};
 use surelight_scene::{Camera, LightKind, Projection, Scene};
 
-use crate::shared::{AreaLight, LIGHT_KIND_ENVIRONMENT, LIGHT_KIND_PUNCTUAL, LightEntry};
 use super::{
     alias::alias_table,
     casters::Ball,
@@ -16,6 +15,7 @@ use super::{
     lobes::transmits,
     luminance,
 };
+use crate::shared::{AreaLight, LIGHT_KIND_ENVIRONMENT, LIGHT_KIND_PUNCTUAL, LightEntry};
 
 /// Where particles go, and how their light is added up.
 pub(crate) struct Caustics {

@@ -10,8 +10,8 @@ use surelight_scene::{Camera, Material, Projection, Scene};
 use super::{
     clip::Planes,
     lobes::has_facets,
-    unreachable::{direction_around, point},
     shared::View,
+    unreachable::{direction_around, point},
 };
 
 const RAYS: u32 = 1024;

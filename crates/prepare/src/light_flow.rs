@@ -25,11 +25,11 @@ use super::{
     caustics::cone_height,
     clip::Planes,
     environment::EnvironmentTable,
-    shared::AreaLight,
     lobes::{has_facets, is_coated, is_pane},
     luminance,
-    unreachable::direction_around,
+    shared::AreaLight,
     shared::View,
+    unreachable::direction_around,
 };
 
 /// Rays that go anywhere, and rays that are aimed at surfaces with deltas.

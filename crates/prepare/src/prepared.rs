@@ -25,9 +25,9 @@ use crate::{
     needs::{SceneFeatures, decide, is_smooth_pane, may_be_smooth},
     reflect::RecordLayout,
     settings::{Integrator, PathReuse, Settings},
+    shared::View,
     textures::Textures,
     unreachable::{self, CameraRays, Unreachable},
-    shared::View,
 };
 
 /// A scene with a camera, ready to be uploaded.
