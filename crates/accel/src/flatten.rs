@@ -1,4 +1,4 @@
-//! From binary trees, opened to four children a node ([`crate::collapse`]), to the items that a
+//! From binary trees, opened to four children per node ([`crate::collapse`]), to the items that a
 //! kernel reads.
 
 use glam::Vec3;

@@ -199,8 +199,8 @@ fn cheapest(boxes: &[Aabb], effort: Effort) -> Option<Vec<Bvh2Node>> {
     }
     if boxes.len() <= EXHAUSTED {
         use PlocSearchDistance::{High, Low, Medium, Minimum, VeryHigh, VeryLow};
-        // Reinsertion lowers the cost of the binary tree; the one of four children a node made from
-        // it may have been cheaper before.
+        // Reinsertion lowers the cost of the binary tree; the one of four children per node made
+        // from it may have been cheaper before.
         for times in [0, 1, usual] {
             let distances = [Minimum, VeryLow, Low, Medium, High, VeryHigh];
             rivals.extend(distances.into_iter().filter_map(|d| cluster((d, 0), times)));

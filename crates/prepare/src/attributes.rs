@@ -56,8 +56,8 @@ impl AttributeLayout {
         .to_vec()
     }
 
-    /// The records of all triangles in prim order. `light_words`: one a triangle, when area lights
-    /// are sampled.
+    /// The records of all triangles in prim order. `light_words`: one per triangle, when area
+    /// lights are sampled.
     pub(crate) fn pack(&self, scene: &Scene, accel: &Accel, key: &KernelKey, light_words: &[u32]) -> Vec<u32> {
         let mut words = vec![0; self.stride as usize * accel.triangles.len()];
         for (prim, (record, source)) in words.chunks_exact_mut(self.stride as usize).zip(&accel.triangles).enumerate() {

@@ -8,7 +8,7 @@ use crate::{Camera, Environment, Image, Instance, Light, Material, Mesh, Texture
 pub struct Scene {
     /// Stem of the file it was loaded from, or the name that its maker chose.
     pub name: String,
-    /// Meshes, one a glTF primitive, stored once however often they are placed.
+    /// Meshes, one per glTF primitive, stored once however often they are placed.
     pub meshes: Vec<Mesh>,
     /// Placed meshes.
     pub instances: Vec<Instance>,

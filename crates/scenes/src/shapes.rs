@@ -320,8 +320,8 @@ impl Shape {
         shape
     }
 
-    /// The surface `point`(u, v) over [0, 1]², `columns` × `rows` cells; front where ∂u × ∂v points.
-    /// Normals and tangents by central differences, texture coordinates (u, 1 − v).
+    /// The surface `point`(u, v) over [0, 1]², `columns` × `rows` cells; front where ∂u × ∂v
+    /// points. Normals and tangents by central differences, texture coordinates (u, 1 − v).
     pub fn sheet(columns: u32, rows: u32, point: impl Fn(f64, f64) -> DVec3) -> Self {
         let step = 0.25 / f64::from(columns.max(rows));
         let mut shape = Self::default();

@@ -387,8 +387,8 @@ fn notes_state_true_numbers() {
     assert!(spheres::SKY_KNOWN.contains(&sky), "{sky}");
 }
 
-/// A profile that runs up from the axis and back to it encloses a volume: its area and its outside are those of the
-/// solid, and every edge has two triangles.
+/// A profile that runs up from the axis and back to it encloses a volume: its area and its outside
+/// are those of the solid, and every edge has two triangles.
 #[test]
 fn revolved_profiles_are_closed() {
     // The sine of π is not quite zero in f64, and the pole is on the axis.

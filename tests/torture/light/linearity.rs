@@ -17,7 +17,7 @@ fn grid(n: u32) -> Vec<[f64; 2]> {
     (0..n * n).map(|k| [at(k % n), at(k / n)]).collect()
 }
 
-/// Holds the mean of a picture against that of the closed form on grids of `n` and `2n` points a
+/// Holds the mean of a picture against that of the closed form on grids of `n` and `2n` points per
 /// side.
 fn check(name: &str, film: &Film, n: u32, radiance: impl Fn(&[[f64; 2]]) -> Vec<f64>) {
     let mean_of = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;

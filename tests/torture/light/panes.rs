@@ -207,7 +207,7 @@ fn path_reuse_agrees_through_panes() {
             let of =
                 |path_reuse, seed| Settings { path_reuse, max_bounces: bounces, ..settings(Integrator::Mis, seed) };
             let shared = of(PathReuse::On, 40);
-            assert!(prepare(&scene, &shared).key().has(Part::SharedPaths));
+            assert!(prepare(&scene, &shared).key().has(Part::PathReuse));
             compare(&format!("{name}, {bounces:?}"), &scene, [&shared, &of(PathReuse::Off, 41)], [128, 128], 0.03);
         }
     }

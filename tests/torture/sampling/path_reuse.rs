@@ -38,7 +38,7 @@ fn pictures(scene: &Scene, shared: bool, seeds: std::ops::Range<u32>, batches: u
         Settings { path_reuse: if shared { PathReuse::On } else { PathReuse::Off }, ..Settings::new(SIZE[0], SIZE[1]) };
     let repeats = scene.instances.len() > scene.meshes.len();
     let prepared = prepare(scene, &if repeats { forms::instanced(settings) } else { settings });
-    assert_eq!((prepared.key().has(Part::SharedPaths), prepared.key().has(Part::Instances)), (shared, repeats));
+    assert_eq!((prepared.key().has(Part::PathReuse), prepared.key().has(Part::Instances)), (shared, repeats));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     seeds
         .map(|seed| {
@@ -184,7 +184,7 @@ fn neighbours_agree_about_veils() {
 fn slices_have_the_bits_of_the_whole() {
     let settings = Settings { path_reuse: PathReuse::On, one_scramble: true, ..Settings::new(SIZE[0], SIZE[1]) };
     let prepared = prepare(&veils(), &settings);
-    assert!(prepared.key().has(Part::Alpha) && prepared.key().has(Part::SharedPaths));
+    assert!(prepared.key().has(Part::Alpha) && prepared.key().has(Part::PathReuse));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut film = |passes: &[(u32, u32)]| {
         let mut film = Film::new(SIZE[0], SIZE[1]);

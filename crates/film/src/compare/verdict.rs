@@ -416,7 +416,7 @@ mod tests {
         }
     }
 
-    /// A black picture differs from one that is lit by few events, at 16 a tile and more.
+    /// A black picture differs from one that is lit by few events, at 16 per tile and more.
     #[test]
     fn black_differs_from_what_rare_samples_light() {
         let mut black = Planes::new(48, 48, |_, _| [0.0; 3]);

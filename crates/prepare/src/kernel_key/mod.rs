@@ -217,7 +217,7 @@ impl KernelKey {
         for part in parts.iter() {
             let free = match part {
                 Part::Caustics => set(&mut key.estimator, Estimator::LightTracing),
-                Part::SharedPaths => set(&mut key.estimator, Estimator::PathReuse),
+                Part::PathReuse => set(&mut key.estimator, Estimator::PathReuse),
                 Part::Area => set(&mut key.estimator, Estimator::Area),
                 Part::Whitted => set(&mut key.estimator, Estimator::Whitted),
                 Part::Hemisphere => {
@@ -315,7 +315,7 @@ impl KernelKey {
     fn chosen(&self) -> Parts {
         let estimator: &[Part] = match self.estimator {
             Estimator::Mis => &[],
-            Estimator::PathReuse => &[Part::SharedPaths],
+            Estimator::PathReuse => &[Part::PathReuse],
             Estimator::LightTracing => &[Part::Caustics],
             Estimator::Hemisphere(Directions::Bsdf) => &[Part::Hemisphere],
             Estimator::Hemisphere(Directions::Uniform) => &[Part::Hemisphere, Part::DirectionsUniform],

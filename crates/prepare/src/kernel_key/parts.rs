@@ -11,7 +11,7 @@ impl Parts {
     /// [`super::CameraModel`], …).
     pub const CHOICES: Self = Self::of(&[
         Part::Caustics,
-        Part::SharedPaths,
+        Part::PathReuse,
         Part::Hemisphere,
         Part::Area,
         Part::Whitted,

@@ -170,7 +170,7 @@ table! {
     SamplerIndependent = "sampler_independent", "Independent random numbers.", Settings;
     SamplerStratified = "sampler_stratified", "Jittered strata.", Settings;
     OneScramble = "one_scramble", "All batches of a pixel are pieces of one Sobol sequence.", Settings;
-    SharedPaths = "path_reuse", "Neighbouring pixels use each other's second vertices.", Settings,
+    PathReuse = "path_reuse", "Neighbouring pixels use each other's second vertices.", Settings,
         excludes [Receiver: "a receiver is measured, which has no neighbours", Dispersion: "the choice of a colour depends on the path so far", Nested: "the medium depends on the path so far", VolumeAlpha: "the medium depends on the path so far"];
     Adaptive = "adaptive", "Where noise is strong, a sample is the mean of several paths.", Settings;
     Transparent = "transparent", "The environment does not show to the camera; coverage is counted.", Settings;

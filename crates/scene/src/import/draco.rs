@@ -83,7 +83,7 @@ impl Decoded {
         self.attributes.contains_key(name)
     }
 
-    /// Indices, three a triangle.
+    /// Indices, three per triangle.
     pub(crate) fn indices(&self) -> Vec<u32> {
         self.mesh.faces().iter().flatten().map(|point| point.0).collect()
     }

@@ -21,7 +21,7 @@ pub(crate) struct SkinJson {
 /// A skin with the world transforms of its joints.
 #[derive(Debug)]
 pub(crate) struct Skin {
-    /// Bind space to world, less `anchor`: one a joint.
+    /// Bind space to world, less `anchor`: one per joint.
     joints: Vec<DAffine3>,
     /// Where the skin is. Vertices are stored as f32 relative to it, so that a figure far from the
     /// origin keeps its shape.

@@ -124,7 +124,7 @@ fn unweld(mesh: &mut Mesh) {
     }
 }
 
-/// Sets the tangents, three a triangle, splitting vertices whose corners differ.
+/// Sets the tangents, three per triangle, splitting vertices whose corners differ.
 fn weld(mesh: &mut Mesh, corners: &[Vec4]) {
     const NONE: u32 = u32::MAX;
     let vertices = mesh.positions.len();
