@@ -106,19 +106,3 @@ fn cast<T: bytemuck::NoUninit>(records: Cow<'_, [T]>) -> Cow<'_, [u8]> {
         Cow::Owned(records) => Cow::Owned(bytemuck::cast_slice(&records).to_vec()),
     }
 }
-
-/// Offsets and sizes of a `repr(C)` struct's fields, all of them: one that is left out does not
-/// compile.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! host_layout {
-    ($record:ident { $($field:ident),+ }) => {{
-        let $record { $($field),+ } = <$record as bytemuck::Zeroable>::zeroed();
-        let fields = [$((stringify!($field), std::mem::offset_of!($record, $field), size_of_val(&$field))),+];
-        $crate::RecordLayout {
-            offsets: fields.iter().map(|&(name, offset, _)| (name.to_owned(), offset as u32)).collect(),
-            sizes: fields.iter().map(|&(name, _, size)| (name.to_owned(), size as u32)).collect(),
-            span: size_of::<$record>() as u32,
-        }
-    }};
-}

@@ -64,6 +64,12 @@ shared_constants! {
 
     /// Lanes of a workgroup: 8 × 8.
     WORKGROUP_LANES: u32 = 64;
+    /// Samples of a lane of the integration kernel: few, so that rounding of its f32 sum stays small.
+    INTEGRATION_CHUNK: u32 = 64;
+    /// Most dimensions of a formula that is integrated.
+    MAX_DIMENSIONS: u32 = 10;
+    /// Words of a pixel's sums of particles.
+    SPLAT_WORDS: u32 = 9;
     /// Pixels along a side of a block of adaptive sampling.
     ADAPTIVE_BLOCK: u32 = 8;
     /// Samples of the shortest batch in which some pixels have fewer than others.
@@ -336,6 +342,37 @@ shared_records! {
         dropped: u32 = "atomic<u32>",
         /// Traversals that reached the limit of steps.
         truncated: u32 = "atomic<u32>",
+    }
+
+    /// A batch of a pixel's samples. The film crate's `BatchSum` is the same on the host.
+    BatchRecord as "BatchSum" {
+        /// Of radiance.
+        sum: [f32; 3] = "vec3f",
+        /// Upper bits of two f32: 20 of the largest luminance of a sample, never 0, and 12 of the sum of squared
+        /// luminances.
+        tail: u32 = "u32",
+    }
+
+    /// A dispatch of the integration of a formula over a box.
+    IntegrationTask as "IntegrationTask" {
+        /// Number of the first lane's chunk of samples, or node.
+        first: u32 = "u32",
+        /// Lanes with work.
+        count: u32 = "u32",
+        /// Of a replicate; nodes of an axis.
+        samples: u32 = "u32",
+        /// Of a replicate.
+        chunks: u32 = "u32",
+        /// Number of the first replicate.
+        first_replicate: u32 = "u32",
+        /// Keeps the samplers' random numbers apart.
+        stream: u32 = "u32",
+        /// Of all samples.
+        seed: u32 = "u32",
+        /// Fills the record.
+        unused: u32 = "u32",
+        /// Lower bound and width of each dimension, in x and y.
+        bounds: [[f32; 4]; MAX_DIMENSIONS as usize] = "array<vec4f, MAX_DIMENSIONS>",
     }
 
     /// First-hit layers of a pixel, summed over its rays.

@@ -14,7 +14,7 @@ use crate::{
     kernel::{Kernel, Resource, Resources},
     kernel_set::CompiledShader,
     lanes::{driver_threads, pixels_per_side},
-    pass::{BatchRange, FeaturePixel, GROUP, Pass},
+    pass::{BatchRange, FeaturePixel, GROUP, Pass, warm_up},
     tile::Tile,
     upload::Uploader,
 };
@@ -132,7 +132,7 @@ impl Accumulator {
 
     /// Has the driver compile the path kernel.
     pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>, kernel: &Kernel) -> Result<(), RenderError> {
-        self.slices.warm_up(dispatcher, kernel, self.threads, &Pass::warm_up(self.threads))
+        self.slices.warm_up(dispatcher, kernel, self.threads, &warm_up(self.threads))
     }
 
     /// Traces batches of the film's pixels and reads their sums back; `None` when the observer

@@ -16,12 +16,8 @@ use crate::{
     upload::Uploader,
 };
 
-/// Pixels along a side of a block, as in `quarters` of `shaders/kernel/lanes.wesl`.
-pub(crate) const BLOCK: u32 = 8;
-
-/// Samples of the shortest batch in which some pixels have fewer than others, as `LEAST_BATCH`
-/// there.
-const MIN_BATCH: u32 = 4;
+pub(crate) use surelight_prepare::shared::ADAPTIVE_BLOCK as BLOCK;
+use surelight_prepare::shared::MIN_ADAPTIVE_BATCH as MIN_BATCH;
 
 /// A whole share, in quarters of a sample for each one that is requested.
 const WHOLE: u32 = 4;

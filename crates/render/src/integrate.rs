@@ -7,8 +7,10 @@ mod grid;
 
 use std::time::{Duration, Instant};
 
-use bytemuck::{Pod, Zeroable};
-use surelight_prepare::{Constant, KernelKey, PointSet, Sampler, compose_with};
+use surelight_prepare::{
+    Constant, KernelKey, PointSet, Sampler, compose_with,
+    shared::{INTEGRATION_CHUNK as CHUNK, IntegrationTask, WORKGROUP_LANES as GROUP},
+};
 
 use crate::{
     device::Device,
@@ -21,9 +23,6 @@ pub use self::formula::{Formula, FormulaError, MAX_DIMENSIONS};
 pub use self::grid::Grid;
 
 const ROOT: &str = "package::kernel::integrate";
-/// Lanes of a workgroup, and samples of a lane: as the shader says.
-const GROUP: u32 = 64;
-const CHUNK: u32 = 64;
 /// Lanes of one dispatch: its results are 8 bytes a lane.
 const MAX_LANES: u32 = 1 << 20;
 /// A dispatch grows while it is shorter and shrinks where it is longer than this.
@@ -31,21 +30,6 @@ const SHORT: Duration = Duration::from_millis(40);
 const LONG: Duration = Duration::from_millis(200);
 /// Nodes of all axes together.
 const MAX_NODES: usize = 1 << 24;
-
-/// As `Task` in `shaders/kernel/integrate.wesl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct Task {
-    first: u32,
-    count: u32,
-    samples: u32,
-    chunks: u32,
-    first_replicate: u32,
-    stream: u32,
-    seed: u32,
-    unused: u32,
-    low: [[f32; 4]; MAX_DIMENSIONS],
-}
 
 /// A formula on a box, compiled for a device.
 pub struct Integrand<'a> {
@@ -90,7 +74,7 @@ impl<'a> Integrand<'a> {
         assert_eq!(formula.dimensions(), bounds.len(), "a formula and a box of different dimensions");
         let mut up = Uploader::new(device);
         let bytes = u64::from(MAX_LANES) * 8;
-        let task = up.buffer("the task", &[Task::default()], U::UNIFORM | U::COPY_DST)?;
+        let task = up.buffer("the task", &[IntegrationTask::default()], U::UNIFORM | U::COPY_DST)?;
         let nodes = up.zeros("nodes", 4 * max_nodes.clamp(64, MAX_NODES) as u64, U::STORAGE | U::COPY_DST)?;
         let results = up.zeros("the results", bytes, U::STORAGE | U::COPY_SRC)?;
         let readback = up.zeros("the results' copy", bytes, U::MAP_READ | U::COPY_DST)?;
@@ -146,9 +130,9 @@ impl<'a> Integrand<'a> {
     ) -> Result<Sampled, RenderError> {
         let chunks = samples.div_ceil(CHUNK);
         let volume = self.volume();
-        let mut low = [[0.0; 4]; MAX_DIMENSIONS];
-        for (low, [a, b]) in low.iter_mut().zip(&self.bounds) {
-            *low = [*a as f32, (b - a) as f32, 0.0, 0.0];
+        let mut bounds = [[0.0; 4]; MAX_DIMENSIONS];
+        for (bound, [a, b]) in bounds.iter_mut().zip(&self.bounds) {
+            *bound = [*a as f32, (b - a) as f32, 0.0, 0.0];
         }
         let Some(index) = self.samplers.iter().position(|(s, _)| *s == sampler) else { return Ok(Sampled::default()) };
         let mut sums = vec![0.0; replicates as usize];
@@ -159,7 +143,8 @@ impl<'a> Integrand<'a> {
         while first < total {
             let count = self.lanes.min(total - first);
             let stream = sampler as u32;
-            let task = Task { first, count, samples, chunks, first_replicate, stream, seed, unused: 0, low };
+            let task =
+                IntegrationTask { first, count, samples, chunks, first_replicate, stream, seed, unused: 0, bounds };
             let (pairs, seconds) = self.run(&self.samplers[index].1, &task, 2 * count)?;
             for (pair, number) in pairs.chunks_exact(2).zip(first..) {
                 let terms = CHUNK.min(samples - number % chunks * CHUNK);
@@ -179,7 +164,7 @@ impl<'a> Integrand<'a> {
     }
 
     /// One dispatch: its results and how long it took.
-    fn run(&self, kernel: &Kernel, task: &Task, floats: u32) -> Result<(Vec<f32>, Duration), RenderError> {
+    fn run(&self, kernel: &Kernel, task: &IntegrationTask, floats: u32) -> Result<(Vec<f32>, Duration), RenderError> {
         let (device, size) = (self.device, u64::from(floats) * 4);
         let started = Instant::now();
         device.scoped("a dispatch", || {
@@ -217,17 +202,17 @@ mod tests {
             let more = Some(("package::integrand", formula.module().0));
             let more = more.as_ref().map(|(path, source)| (*path, source.as_str()));
             let shader = compose_with(ROOT, &KernelKey::default(), &constants, more).unwrap();
-            let layout = RecordLayout::of(&shader, "Task").unwrap();
+            let layout = RecordLayout::of(&shader, "IntegrationTask").unwrap();
             for (field, offset) in [
-                ("first", offset_of!(Task, first)),
-                ("samples", offset_of!(Task, samples)),
-                ("first_replicate", offset_of!(Task, first_replicate)),
-                ("seed", offset_of!(Task, seed)),
-                ("low", offset_of!(Task, low)),
+                ("first", offset_of!(IntegrationTask, first)),
+                ("samples", offset_of!(IntegrationTask, samples)),
+                ("first_replicate", offset_of!(IntegrationTask, first_replicate)),
+                ("seed", offset_of!(IntegrationTask, seed)),
+                ("bounds", offset_of!(IntegrationTask, bounds)),
             ] {
                 assert_eq!(layout.offsets[field] as usize, offset, "{field}");
             }
-            assert_eq!(layout.span as usize, size_of::<Task>());
+            assert_eq!(layout.span as usize, size_of::<IntegrationTask>());
         }
     }
 }

@@ -55,6 +55,7 @@ struct Splat {
 }
 
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
+const _: () = assert!(SPLAT_BYTES == 4 * surelight_prepare::shared::SPLAT_WORDS as u64);
 
 /// The buffers of light tracing, and how its particles are counted.
 pub(crate) struct Particles {

@@ -12,7 +12,7 @@ use crate::{
     kernel::{Checks, Kernel, Resource, Resources},
     kernel_set::CompiledShader,
     lanes::driver_threads,
-    pass::{GROUP, Pass},
+    pass::{GROUP, Pass, warm_up},
     upload::Uploader,
 };
 
@@ -30,7 +30,7 @@ impl PrecompiledKernel {
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
         let blueprint = blueprint.on_images(device.reads_images());
         let compiled = CompiledShader::of_paths(device, &blueprint, Checks::default())?;
-        let pass = Pass::warm_up(driver_threads(device));
+        let pass = warm_up(driver_threads(device));
         let resources = placeholders(device, &blueprint.key(), &compiled, &pass)?;
         dispatch(device, &compiled.program.bind(device, &resources)?, pass.lanes / GROUP)?;
         Ok(Self { blueprint, device: device.device.clone(), compiled })

@@ -4,7 +4,7 @@
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// Most dimensions of an integral.
-pub const MAX_DIMENSIONS: usize = 10;
+pub const MAX_DIMENSIONS: usize = surelight_prepare::shared::MAX_DIMENSIONS as usize;
 
 /// Longest formula, in bytes: more would only keep compilers busy.
 const LONGEST: usize = 1024;

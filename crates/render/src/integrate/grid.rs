@@ -2,8 +2,9 @@
 
 use surelight_estimate::{Rule, RuleError};
 
-use super::{Integrand, MAX_NODES, Task};
+use super::{Integrand, MAX_NODES};
 use crate::error::RenderError;
+use surelight_prepare::shared::IntegrationTask;
 
 /// The result of a quadrature rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,8 +78,11 @@ impl Integrand<'_> {
         let mut first = 0;
         while first < total {
             let count = self.lanes.min(total - first);
-            let (values, seconds) =
-                self.run(&self.nodes_kernel, &Task { first, count, samples, ..Task::default() }, count)?;
+            let (values, seconds) = self.run(
+                &self.nodes_kernel,
+                &IntegrationTask { first, count, samples, ..IntegrationTask::default() },
+                count,
+            )?;
             take(first, &values);
             first += count;
             self.adapt(count, seconds);
