@@ -14,7 +14,8 @@ use surelight_bench::{
     conditions::{cpu_seconds, threads},
     paths::median,
 };
-use surelight_render::{Checks, Prepared, Probe, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::{Checks, Probe};
 use surelight_scene::{Environment, LoadOptions, Scene};
 use surelight_scenes::probes;
 use surelight_tests::{

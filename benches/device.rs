@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use surelight_film::Film;
-use surelight_render::{Formula, Instrument, Integrand, Renderer, Sampler, Settings};
+use surelight_prepare::{Instrument, Sampler, Settings};
+use surelight_render::{Formula, Integrand, Renderer, instrument};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, probes};
 use surelight_tests::render::{device, prepare};
@@ -20,7 +21,7 @@ fn scenes() -> [(&'static str, Scene); 2] {
     [("cornell-box", cornell_box::cornell_box()), ("terrain-100k", probes::terrain(224))]
 }
 
-fn renderer(prepared: &surelight_render::Prepared) -> Renderer<'static> {
+fn renderer(prepared: &surelight_prepare::Prepared) -> Renderer<'static> {
     Renderer::new(device(), prepared).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -49,7 +50,7 @@ fn walking(c: &mut Criterion) {
         let mut renderer = renderer(&prepared);
         let mut batch = 0;
         let mut traced = |walks: u32| {
-            renderer.set_walks(walks);
+            instrument::set_traversals_per_ray(&mut renderer, walks);
             let before = renderer.counts;
             renderer.trace(&mut Film::new(SIZE, SIZE), batch, 1, 1, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
             batch += 1;

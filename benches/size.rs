@@ -10,7 +10,8 @@ use surelight_bench::{
     chart::plain::curves,
     paths::{median, race_paths},
 };
-use surelight_render::{Renderer, Settings};
+use surelight_prepare::Settings;
+use surelight_render::Renderer;
 use surelight_scenes::probes::terrain;
 use surelight_tests::render::{device, prepare};
 

@@ -18,10 +18,11 @@ use surelight_bench::{
     chart::plain::bars,
     paths::{median, race_paths},
 };
-use surelight_render::{
-    Integrator, KernelKey, Part, PathReuse, Prepared, Renderer, Settings, TABLE, compose, compose_modules, path_kernel,
+use surelight_prepare::{
+    Integrator, KernelKey, Part, PathReuse, Prepared, Settings, TABLE, compose, compose_modules, path_kernel,
     shader_modules,
 };
+use surelight_render::Renderer;
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, spheres, textured, veach_mis};
 use surelight_tests::{

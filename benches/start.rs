@@ -13,7 +13,8 @@ use std::time::Instant;
 
 use surelight_bench::conditions::cpu_seconds;
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Ahead, Device, Prepared, Renderer, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, PrecompiledKernel, Renderer};
 use surelight_scene::{Environment, LoadOptions};
 
 const SIZE: u32 = 256;
@@ -46,17 +47,18 @@ fn main() {
         // others.
         let mut compiling = f64::NAN;
         let settings = Settings::new(SIZE, SIZE);
-        let (prepared, ahead) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
+        let (prepared, precompiled) = Prepared::with_work(&scene, &camera, &settings, |blueprint| {
             let started = Instant::now();
-            let ahead = Ahead::compile(&device, blueprint);
+            let precompiled = PrecompiledKernel::compile(&device, blueprint);
             compiling = started.elapsed().as_secs_f64();
-            ahead
+            precompiled
         })
         .unwrap_or_else(|e| panic!("{file}: {e}"));
         clock.lap("BVH, lights, textures; composing and compiling beside them");
         println!("| of it composing and compiling | {compiling:.3} | |");
-        let ahead = ahead.unwrap_or_else(|e| panic!("{file}: {e}"));
-        let mut renderer = Renderer::with_kernel(&device, &prepared, ahead).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let precompiled = precompiled.unwrap_or_else(|e| panic!("{file}: {e}"));
+        let mut renderer =
+            Renderer::with_kernel(&device, &prepared, precompiled).unwrap_or_else(|e| panic!("{file}: {e}"));
         clock.lap("upload, the first-hit kernel");
         println!("| of it upload | {:.3} | |", renderer.upload_seconds);
         let mut film = Film::new(SIZE, SIZE);

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use surelight_film::Film;
-use surelight_render::{Device, Instrument, Prepared, Renderer, Settings};
+use surelight_prepare::{Instrument, Prepared, Settings};
+use surelight_render::{Device, Renderer, instrument};
 use surelight_scene::{Camera, Environment, LoadOptions, Scene};
 use surelight_scenes::{cornell_box, many_lights, probes};
 
@@ -151,7 +152,7 @@ fn walking(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row
         prepared = prepared.instrumented(Instrument::RepeatedTraversal);
         let mut renderer = Renderer::new(device, &prepared).map_err(|e| e.to_string())?;
         let once = measure(plan, &mut renderer)?;
-        renderer.set_walks(WALKS);
+        instrument::set_traversals_per_ray(&mut renderer, WALKS);
         let often = measure(plan, &mut renderer)?;
         // Nanoseconds per ray, traversed once and several times.
         let [once, often] = [once, often].map(|f| 1e9 * f.device / f.rays);
@@ -190,7 +191,7 @@ fn lanes(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<Row>,
         let mut last = 0;
         for power in (12..=22).step_by(2) {
             let mut renderer =
-                Renderer::with_lanes(device, &prepared, 1 << power).map_err(|e| format!("2^{power} lanes: {e}"))?;
+                instrument::with_lanes(device, &prepared, 1 << power).map_err(|e| format!("2^{power} lanes: {e}"))?;
             if renderer.lanes() == last {
                 continue;
             }
@@ -210,7 +211,11 @@ fn dispatches(plan: &Plan, device: &Device, subjects: &[Subject]) -> Result<Vec<
         let mut renderer = Renderer::new(device, &subject.prepare(plan)?).map_err(|e| e.to_string())?;
         let mut rows = Vec::new();
         for milliseconds in [5, 20, 50, 200, 1000] {
-            renderer.set_dispatch(Duration::from_millis(milliseconds), Duration::from_millis(4 * milliseconds));
+            instrument::set_dispatch_durations(
+                &mut renderer,
+                Duration::from_millis(milliseconds),
+                Duration::from_millis(4 * milliseconds),
+            );
             let f = measure(plan, &mut renderer)?;
             rows.push(row! {
                 "scene": subject.name, "at least ms": milliseconds, "came to ms": 1e3 * f.device / f.dispatches as f64,

@@ -1,7 +1,7 @@
 //! The BSDF probe: materials and directions in, evaluations and samples out.
 
 use bytemuck::{Pod, Zeroable};
-use surelight_render::{KernelKey, Part, sheen_albedos};
+use surelight_prepare::{KernelKey, Part, sheen_albedos};
 
 use crate::probe::{Probe, key};
 

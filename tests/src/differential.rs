@@ -3,7 +3,8 @@
 use surelight_estimate::sidak_level;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
 use surelight_film::{Film, Metadata, read_exr, write_exr};
-use surelight_render::{Directions, Integrator, Prepared, Renderer, Settings};
+use surelight_prepare::{Directions, Integrator, Prepared, Settings};
+use surelight_render::{Position, Renderer, sample_batches};
 use surelight_scene::{Camera, Material, Scene};
 
 use crate::render::{ALPHA, device};
@@ -80,11 +81,7 @@ fn picture(scene: &Scene, camera: &Camera, integrator: Integrator, seed: u32, si
     let prepared = Prepared::new(scene, camera, &settings).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     let mut film = Film::new(side, side);
-    let mut first = 0;
-    while first < BATCHES {
-        let n = renderer.most_batches().min(BATCHES - first);
-        renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
-        first += n;
-    }
+    sample_batches(&mut renderer, &mut film, Position::default(), BATCHES, samples)
+        .unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     film
 }

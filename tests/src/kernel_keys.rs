@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
-use surelight_render::{
+use surelight_prepare::{
     CameraModel, Constant, Directions, EnvironmentKind, Estimator, Integrator, KernelKey, KeyError, Origin, Part,
     Parts, PathReuse, PointSet, Prepared, Row, Sampler, Settings, TABLE,
 };

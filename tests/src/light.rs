@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
-use surelight_render::{Prepared, run_probe};
+use surelight_prepare::Prepared;
+use surelight_render::run_probe;
 
 use crate::{random::Random, render::device};
 

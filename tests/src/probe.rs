@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use surelight_render::{Constant, KernelKey, compose};
+use surelight_prepare::{Constant, KernelKey, compose};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// An entry point, compiled for one key.

@@ -4,7 +4,8 @@ use std::sync::OnceLock;
 
 use surelight_estimate::{Estimate, sidak_level, z_test};
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Device, Prepared, Renderer, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, Position, Renderer, sample_batches};
 use surelight_scene::Scene;
 
 /// Level of every statistical test.
@@ -29,12 +30,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Prepared {
 pub fn trace(prepared: &Prepared, size: [u32; 2], batches: u32, samples: u32) -> Film {
     let mut renderer = Renderer::new(device(), prepared).unwrap_or_else(|e| panic!("{e}"));
     let mut film = Film::new(size[0], size[1]);
-    let mut first = 0;
-    while first < batches {
-        let n = renderer.most_batches().min(batches - first);
-        renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
-        first += n;
-    }
+    sample_batches(&mut renderer, &mut film, Position::default(), batches, samples).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((renderer.counts.dropped, renderer.counts.truncated), (0, 0), "samples were lost");
     film
 }

@@ -4,7 +4,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use surelight_accel::{BuildOptions, Instancing};
-use surelight_render::{Directions, Integrator, Settings, run_probe};
+use surelight_prepare::{Directions, Integrator, Settings};
+use surelight_render::run_probe;
 use surelight_scene::Scene;
 use surelight_scenes::shapes::Shape;
 

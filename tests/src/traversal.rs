@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_accel::{BuildOptions, Hit, NO_INSTANCE, Ray, oracle::Oracle, oracle::Verdict};
-use surelight_render::{Prepared, Settings, run_probe};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::run_probe;
 use surelight_scene::{Camera, ClipRange, Instance, Mesh, Projection, Scene};
 
 use crate::render::device;

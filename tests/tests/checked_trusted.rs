@@ -4,7 +4,8 @@
 //! were predicted correctly.
 
 use surelight_film::Film;
-use surelight_render::{Ahead, Blueprint, Checks, Directions, Integrator, Prepared, Renderer, Settings};
+use surelight_prepare::{Blueprint, Directions, Integrator, Prepared, Settings};
+use surelight_render::{Checks, PrecompiledKernel, Renderer, instrument};
 use surelight_scene::{Environment, Scene};
 use surelight_scenes::{GALLERY, cornell_box, glass, probes, textured};
 use surelight_tests::render::{all, bits, device, prepare};
@@ -15,7 +16,7 @@ const SIZE: [u32; 2] = [40, 24];
 fn check(scene: &Scene, settings: &Settings) {
     let prepared = prepare(scene, settings);
     let [checked, trusted] = [Checks::Full, Checks::Trusted].map(|checks| {
-        let mut renderer = Renderer::with_checks(device(), &prepared, checks).unwrap_or_else(|e| panic!("{e}"));
+        let mut renderer = instrument::with_checks(device(), &prepared, checks).unwrap_or_else(|e| panic!("{e}"));
         let mut film = Film::new(SIZE[0], SIZE[1]);
         renderer.trace(&mut film, 0, 2, 4, &mut |_| true).unwrap_or_else(|e| panic!("{e}"));
         renderer.trace_features(&mut film).unwrap_or_else(|e| panic!("{e}"));
@@ -103,8 +104,8 @@ fn kernels_compiled_ahead_give_the_same_bits() {
         let clamped = Settings { max_radiance: Some(1.0), ..settings.clone() };
         let other = prepare(&scene, &clamped).blueprint();
         for guess in [right, shallow, other] {
-            let ahead = Ahead::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
-            let renderer = Renderer::with_kernel(device(), &prepared, ahead).unwrap_or_else(|e| panic!("{e}"));
+            let precompiled = PrecompiledKernel::compile(device(), &guess).unwrap_or_else(|e| panic!("{e}"));
+            let renderer = Renderer::with_kernel(device(), &prepared, precompiled).unwrap_or_else(|e| panic!("{e}"));
             assert!(traced(renderer) == plain, "{}: the picture or its kernel is another", scene.name);
         }
     }

@@ -6,7 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 use surelight_film::compare::{CompareOptions, Outcome, Picture, Verdict, compare};
 use surelight_film::{ExrImage, Film, Metadata, read_exr, write_exr};
-use surelight_render::{Directions, Integrator, Renderer, Settings};
+use surelight_prepare::{Directions, Integrator, Settings};
+use surelight_render::{Position, Renderer, sample_batches};
 use surelight_scene::{Environment, Material, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_scenes::torture::{self, sampling::spot};
@@ -37,12 +38,7 @@ fn renders(folder: &Path, scene: &Scene, settings: &Settings, samples: u32, coun
     let mut renderer = Renderer::new(device(), &prepared).unwrap();
     let mut render = |k: u32| {
         let mut film = Film::new(SIDE, SIDE);
-        let mut first = k * BATCHES;
-        while first < (k + 1) * BATCHES {
-            let n = renderer.most_batches().min((k + 1) * BATCHES - first);
-            renderer.trace(&mut film, first, n, samples, &mut |_| true).unwrap();
-            first += n;
-        }
+        sample_batches(&mut renderer, &mut film, Position::numbered(k * BATCHES), BATCHES, samples).unwrap();
         write_exr(&path, &film, &metadata).unwrap();
         read_exr(&path).unwrap()
     };

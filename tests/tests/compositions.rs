@@ -2,7 +2,7 @@
 //! every pair, the needs of shipped scenes, and as many parts as can be together. And features that
 //! a scene lacks are not in its kernel.
 
-use surelight_render::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
+use surelight_prepare::{KernelKey, Part, TABLE, compose, compose_modules, path_kernel, shader_modules};
 use surelight_tests::kernel_keys::{constants, everything, key_of, shipped};
 
 /// Root modules of the kernels of this key.

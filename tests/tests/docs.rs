@@ -5,7 +5,8 @@ use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
 
 use surelight_film::{Display, Film, write_png};
-use surelight_render::{AdapterChoice, Device, Goal, Prepared, Renderer, Settings, render};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, Goal, Renderer, render};
 use surelight_scene::LoadOptions;
 
 fn repository() -> PathBuf {

@@ -2,7 +2,7 @@
 
 use surelight_estimate::{sidak_level, student_t_survival};
 use surelight_film::Film;
-use surelight_render::{Directions, Integrator, Sampler, Settings};
+use surelight_prepare::{Directions, Integrator, Sampler, Settings};
 use surelight_scenes::furnace;
 use surelight_tests::render::{ALPHA, Judge, all, render};
 

@@ -3,8 +3,7 @@
 //! as a map).
 
 use glam::DVec3;
-use surelight_render::Part;
-use surelight_render::Settings;
+use surelight_prepare::{Part, Settings};
 use surelight_scene::{Anisotropy, Clearcoat, DiffuseTransmission, Environment, Iridescence, Material, Scene, Sheen};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::bsdf::Material as Probed;

@@ -1,10 +1,10 @@
-//! docs/kernels.md is the table of `surelight_render::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test
+//! docs/kernels.md is the table of `surelight_prepare::TABLE`: `SURELIGHT_UPDATE_DOCS=1 cargo test
 //! --test kernel_docs` writes it.
 
 use std::fmt::Write;
 use std::path::Path;
 
-use surelight_render::{Origin, Part, Row, TABLE};
+use surelight_prepare::{Origin, Part, Row, TABLE};
 
 fn names(parts: &[Part]) -> String {
     parts.iter().map(|&part| format!("`{}`", TABLE[part as usize].name)).collect::<Vec<_>>().join(", ")

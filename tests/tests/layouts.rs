@@ -3,7 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use surelight_render::{KernelKey, Part, RecordLayout, compose, host_layouts, material_fields, path_kernel};
+use surelight_prepare::{KernelKey, Part, RecordLayout, compose, material_fields, path_kernel};
+use surelight_render::host_layouts;
 use surelight_tests::kernel_keys::{constants, everything, shipped};
 
 /// Fields by name; the host's padding has no counterpart in WGSL.

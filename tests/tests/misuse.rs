@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use surelight_accel::{Accel, AccelError, BuildOptions};
 use surelight_film::{Film, FilmError};
-use surelight_render::{PrepareError, Prepared, RenderError, Renderer, Settings};
+use surelight_prepare::{PrepareError, Prepared, Settings};
+use surelight_render::{RenderError, Renderer};
 use surelight_scene::{
     Clearcoat, Environment, EnvironmentMap, Filter, Image, Instance, Light, LightKind, Material, Mesh, NormalTexture,
     Scene, Texture, TextureRef, Wrap,

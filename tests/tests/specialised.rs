@@ -1,7 +1,7 @@
 //! A kernel specialised to its scene gives the picture of the general kernel: the same scene with
 //! an invisible speck that needs every feature, compared by Welch's test.
 
-use surelight_render::{Settings, TABLE};
+use surelight_prepare::{Settings, TABLE};
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, textured};
 use surelight_tests::kernel_keys::is_chosen_elsewhere;

@@ -1,10 +1,15 @@
 //! From rows to answers: curves over repeats, slopes, times to an error, efficiency, bias.
 //!
-//! Repeats have independent samples, so intervals come from their spread: of logarithms where the figure is a ratio, by
-//! Student's t. Checkpoints of one repeat share their samples, so none is treated as independent of another.
+//! Repeats have independent samples, so intervals come from their spread: of logarithms where the
+//! figure is a ratio, by Student's t. Checkpoints of one repeat share their samples, so none is
+//! treated as independent of another.
 
-use surelight_estimate::{Estimate, Moments, student_t_quantile, welch_test};
+mod interval;
 
+use surelight_estimate::student_t_quantile;
+
+pub use self::interval::Interval;
+pub(crate) use self::interval::ratio;
 use crate::data::{Row, SceneData};
 
 /// Confidence of every interval in a report.
@@ -32,71 +37,9 @@ pub struct Point {
     pub band: [f64; 2],
 }
 
-/// A figure with its interval.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Interval {
-    /// Best guess.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
-
-impl Interval {
-    /// Mean of independent figures and its Student interval; infinite for one figure alone.
-    pub(crate) fn of(figures: &[f64]) -> Option<Self> {
-        let moments: Moments = figures.iter().copied().collect();
-        if moments.count() == 0 {
-            return None;
-        }
-        let half = half_width(&moments);
-        Some(Self { value: moments.mean(), low: moments.mean() - half, high: moments.mean() + half })
-    }
-
-    /// The same on a logarithmic scale: geometric mean and interval of figures above zero.
-    fn of_ratio(figures: &[f64]) -> Option<Self> {
-        let logs: Vec<f64> = figures.iter().map(|x| x.ln()).collect();
-        Self::of(&logs).map(|i| Self { value: i.value.exp(), low: i.low.exp(), high: i.high.exp() })
-    }
-
-    /// Whether the interval holds a value.
-    pub fn holds(&self, value: f64) -> bool {
-        self.low <= value && value <= self.high
-    }
-}
-
-fn half_width(moments: &Moments) -> f64 {
-    match moments.count() {
-        0 | 1 => f64::INFINITY,
-        n => student_t_quantile(0.5 + 0.5 * CONFIDENCE, (n - 1) as f64) * moments.variance_of_mean().sqrt(),
-    }
-}
-
-/// Ratio of two sets of independent figures above zero, by Welch's t on their logarithms.
-pub(crate) fn ratio(a: &[f64], b: &[f64]) -> Option<(Interval, f64)> {
-    let [x, y] = [a, b].map(|figures| {
-        let moments: Moments = figures.iter().map(|x| x.ln()).collect();
-        let variance = if moments.count() < 2 { f64::INFINITY } else { moments.variance_of_mean() };
-        (moments.count() > 0).then(|| Estimate {
-            mean: moments.mean(),
-            variance,
-            dof: (moments.count() as f64 - 1.0).max(1.0),
-        })
-    });
-    let test = welch_test(&x?, &y?);
-    let dof = if test.dof.is_finite() && test.dof > 0.0 { test.dof } else { 1e9 };
-    let half = if test.standard_error == 0.0 {
-        0.0
-    } else {
-        student_t_quantile(0.5 + 0.5 * CONFIDENCE, dof) * test.standard_error
-    };
-    let d = test.difference;
-    Some((Interval { value: d.exp(), low: (d - half).exp(), high: (d + half).exp() }, test.p))
-}
-
 impl SceneData {
-    /// Relative mean square error below which a checkpoint is not told from the reference's own noise.
+    /// Relative mean square error below which a checkpoint is not distinguished from the
+    /// reference's own noise.
     pub fn floor(&self) -> f64 {
         self.reference.rel_mse.unwrap_or(0.0)
     }
@@ -134,8 +77,9 @@ impl SceneData {
         rows.map(|r| [f64::from(r.spp), r.seconds(self.clock), r.rel_mse.sqrt()]).collect()
     }
 
-    /// Exponent of the error as a power of the samples: −0.5 for independent samples. Fitted to each repeat by least squares of logarithms, from
-    /// 4 samples a pixel where three checkpoints are left.
+    /// Exponent of the error as a power of the samples: −0.5 for independent samples. Fitted to
+    /// each repeat by least squares of logarithms, from 4 samples a pixel where three checkpoints
+    /// are left.
     pub fn slope(&self, method: usize) -> Option<Interval> {
         let slopes: Vec<f64> = (0..self.repeats)
             .filter_map(|repeat| {
@@ -159,13 +103,15 @@ impl SceneData {
         Interval::of_ratio(&self.times_to(method, error)?)
     }
 
-    /// 1/(relative mean square error · seconds) of each repeat at its last readable checkpoint: what a second buys.
+    /// 1/(relative mean square error · seconds) of each repeat at its last readable checkpoint:
+    /// what a second buys.
     pub fn efficiencies(&self, method: usize) -> Vec<f64> {
         let last = |repeat| self.path(method, repeat).last().map(|p| 1.0 / (p[2] * p[2] * p[1].max(1e-9)));
         (0..self.repeats).filter_map(last).collect()
     }
 
-    /// Mean signed relative error at the last checkpoint, over repeats, with the reference's own uncertainty.
+    /// Mean signed relative error at the last checkpoint, over repeats, with the reference's own
+    /// uncertainty.
     pub fn bias(&self, method: usize) -> Option<Interval> {
         let last = *self.methods[method].checkpoints.last()?;
         let rows: Vec<&Row> = self.rows_of(method).filter(|r| r.spp == last).collect();
@@ -190,7 +136,8 @@ impl SceneData {
         Some(figures.iter().sum::<f64>() / figures.len() as f64)
     }
 
-    /// Error levels 1, 2, 5 × 10ᵏ that some method reached, from coarse to fine; at most the eight finest.
+    /// Error levels 1, 2, 5 × 10ᵏ that some method reached, from coarse to fine; at most the eight
+    /// finest.
     pub fn levels(&self) -> Vec<f64> {
         let all = (-60..=3).rev().map(|k: i32| {
             let digit = [1.0, 2.0, 5.0][k.rem_euclid(3) as usize];
@@ -201,7 +148,8 @@ impl SceneData {
         levels[levels.len().saturating_sub(8)..].to_vec()
     }
 
-    /// Checkpoints of methods without bias that no other comes before in both time and error, from coarse to fine, with their methods.
+    /// Checkpoints of methods without bias that no other comes before in both time and error, from
+    /// coarse to fine, with their methods.
     pub fn front(&self) -> Vec<(usize, Point)> {
         let honest = (0..self.methods.len()).filter(|&m| self.methods[m].biased.is_none());
         let mut all: Vec<(usize, Point)> =
@@ -216,7 +164,8 @@ impl SceneData {
         all
     }
 
-    /// Predicted and real relative error at each checkpoint that has batches enough for an error bar, over repeats.
+    /// Predicted and real relative error at each checkpoint that has batches enough for an error
+    /// bar, over repeats.
     pub fn calibration(&self, method: usize) -> Vec<(f64, f64)> {
         let mut points = Vec::new();
         for &spp in &self.methods[method].checkpoints {
@@ -272,8 +221,9 @@ fn slope(path: &[[f64; 3]]) -> Option<f64> {
     (spread > 0.0).then(|| joint / spread)
 }
 
-/// Seconds from which on a path stays at an error or below, between checkpoints along a straight line of logarithms. A path that was there by luck, until
-/// it met something bright, has not arrived.
+/// Seconds from which on a path stays at an error or below, between checkpoints along a straight
+/// line of logarithms. A path that was there by luck, until it found something bright, has not
+/// converged.
 fn time_to(path: &[[f64; 3]], error: f64) -> Option<f64> {
     let at = path.iter().rposition(|p| p[2] > error).map_or(0, |last_above| last_above + 1);
     let after = path.get(at)?;

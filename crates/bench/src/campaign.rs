@@ -15,14 +15,16 @@ use crate::{
     tracer::Subject,
 };
 
-/// How a campaign stands: which scene of how many, and how its race stands.
+/// Progress of a campaign: which scene of how many, and the progress of its race.
 pub type WatchAll<'w> = dyn FnMut(&str, usize, &Status) -> bool + 'w;
 
-/// Races on every scene and writes the report to `folder`. With `resume`, what an interrupted campaign left there is gone on with. Returns the data
-/// and whether everything was measured; where `watch` stopped it, the report holds what there is.
+/// Races on every scene and writes the report to `folder`. With `resume`, what an interrupted
+/// campaign left there is gone on with. Returns the data and whether everything was measured; where
+/// `watch` stopped it, the report holds what there is.
 ///
 /// # Errors
-/// Where a device or a disk fails, where `resume` finds a report of something else, and where it was stopped before anything was measured.
+/// Where a device or a disk fails, where `resume` finds a report of something else, and where it
+/// was stopped before anything was measured.
 pub fn campaign(
     device: &Device,
     subjects: &[Subject],
@@ -90,7 +92,8 @@ pub fn campaign(
     Ok((data, complete))
 }
 
-/// What is to be told where a race goes on under other conditions. Times of two devices do not go together.
+/// The warning where a race continues under other conditions. Times of two devices do not go
+/// together.
 fn another(then: &Conditions, now: &Conditions, folder: &Path) -> Result<Option<String>, BenchError> {
     if (&then.device, &then.cpu) != (&now.device, &now.cpu) {
         let cause = format!("cannot be resumed: it was begun on {} ({})", then.device, then.cpu);

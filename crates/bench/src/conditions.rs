@@ -22,7 +22,8 @@ pub struct Conditions {
     pub backend: String,
     /// Whether the device is a software driver.
     pub software: bool,
-    /// What device seconds are: `timestamp queries`, or `waiting for dispatches` where the device has none; empty in older reports.
+    /// What device seconds are: `timestamp queries`, or `waiting for dispatches` where the device
+    /// has none; empty in older reports.
     #[serde(default)]
     pub device_clock: String,
     /// Processor.
@@ -31,7 +32,8 @@ pub struct Conditions {
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Processes that wanted to run, on average of the last minute before the start; empty where unknown.
+    /// Processes that wanted to run, on average of the last minute before the start; empty where
+    /// unknown.
     pub load: String,
     /// What the user says of the conditions.
     pub note: String,
@@ -72,7 +74,8 @@ fn cpu() -> Option<String> {
     std::env::var("PROCESSOR_IDENTIFIER").ok()
 }
 
-/// `2026-01-31 23:59 UTC` from seconds since 1970 (Hinnant, "chrono-compatible low-level date algorithms", civil_from_days).
+/// `2026-01-31 23:59 UTC` from seconds since 1970 (Hinnant, "chrono-compatible low-level date
+/// algorithms", civil_from_days).
 fn date(seconds: u64) -> String {
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
     let z = days + 719_468;
@@ -86,12 +89,14 @@ fn date(seconds: u64) -> String {
     format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", rest / 3600, rest / 60 % 60)
 }
 
-/// Processor seconds of this process so far, all threads that are there together; `None` where the system does not tell.
+/// Processor seconds of this process so far, all threads that are there together; `None` where the
+/// system does not report it.
 pub fn cpu_seconds() -> Option<f64> {
     threads_nanoseconds().map(|n| n as f64 * 1e-9).or_else(process_seconds)
 }
 
-/// To the nanosecond, where Linux keeps scheduler statistics: the first field of each thread's schedstat.
+/// To the nanosecond, where Linux keeps scheduler statistics: the first field of each thread's
+/// schedstat.
 fn threads_nanoseconds() -> Option<u64> {
     let mut sum = 0u64;
     for task in std::fs::read_dir("/proc/self/task").ok()? {
@@ -104,8 +109,9 @@ fn threads_nanoseconds() -> Option<u64> {
 
 /// To a hundredth of a second, on every Linux.
 fn process_seconds() -> Option<f64> {
-    // Fields 14 and 15 of proc(5)'s stat: user and system time in ticks, 100 a second on every Linux that Rust runs on. The
-    // program's name, which may hold spaces, ends with the last parenthesis.
+    // Fields 14 and 15 of proc(5)'s stat: user and system time in ticks, 100 a second on every
+    // Linux that Rust runs on. The program's name, which may hold spaces, ends with the last
+    // parenthesis.
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);
     let user: f64 = fields.next()?.parse().ok()?;

@@ -1,7 +1,10 @@
 //! What a race measured, as `data.json` keeps it and `data.csv` lists it.
 
+mod table;
+
 use serde::{Deserialize, Serialize};
 
+pub use self::table::CSV_COLUMNS;
 use crate::{conditions::Conditions, method::MethodWords};
 
 /// Number of the layout of `data.json`; another one is refused.
@@ -25,9 +28,11 @@ pub enum Clock {
     /// Seconds on the wall of tracing and adding up.
     #[default]
     Wall,
-    /// Seconds of dispatches by the device's own clock; waiting for them included where it has none.
+    /// Seconds of dispatches by the device's own clock; waiting for them included where it has
+    /// none.
     Device,
-    /// Processor seconds over the number of cores: for software drivers on a machine that is shared.
+    /// Processor seconds over the number of cores: for software drivers on a machine that is
+    /// shared.
     Cpu,
 }
 
@@ -58,7 +63,7 @@ pub struct SceneData {
     pub reference: ReferenceData,
     /// The methods.
     pub methods: Vec<MethodData>,
-    /// What of the device's time goes into walking rays; `None` where it was not measured.
+    /// The share of the device's time that traversal takes; `None` where it was not measured.
     #[serde(default)]
     pub walk: Option<WalkData>,
     /// Checkpoints, in the order in which they were measured.
@@ -75,7 +80,7 @@ pub struct ReferenceData {
     /// Why this method; empty for a file and in older reports.
     #[serde(default)]
     pub reason: String,
-    /// Samples a pixel; 0 where a file does not tell.
+    /// Samples a pixel; 0 where a file does not state them.
     pub spp: u64,
     /// Seconds it took.
     pub seconds: f64,
@@ -83,13 +88,14 @@ pub struct ReferenceData {
     pub mean: f64,
     /// Standard error of that mean; `None` where the file does not know its variance.
     pub mean_se: Option<f64>,
-    /// Its own mean square error relative to itself, which is taken off the errors of others; `None` where unknown.
+    /// Its own mean square error relative to itself, which is taken off the errors of others;
+    /// `None` where unknown.
     pub rel_mse: Option<f64>,
     /// Share of its pixels whose own error bar cannot be believed.
     pub uncertified: Option<f64>,
 }
 
-/// What of a kernel's time goes into walking rays through the BVH.
+/// The share of a kernel's time that traversal of the BVH takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WalkData {
     /// The method it was measured with.
@@ -137,20 +143,22 @@ pub struct Row {
     pub rays: u64,
     /// Camera paths so far.
     pub paths: u64,
-    /// Seconds of dispatches so far, by the device's own clock where it has one ([`Conditions::device_clock`]).
+    /// Seconds of dispatches so far, by the device's own clock where it has one
+    /// ([`Conditions::device_clock`]).
     pub device_seconds: f64,
-    /// Seconds from each dispatch's submission until it was known to be done; `None` in older reports.
+    /// Seconds from each dispatch's submission until it was known to be done; `None` in older
+    /// reports.
     #[serde(default)]
     pub dispatch_seconds: Option<f64>,
-    /// Seconds of bringing sums from the device so far; likewise.
+    /// Seconds of reading sums back from the device so far; `None` as above.
     #[serde(default)]
     pub read_seconds: Option<f64>,
-    /// Seconds of adding them to the film so far; likewise.
+    /// Seconds of adding them to the film so far; `None` as above.
     #[serde(default)]
     pub film_seconds: Option<f64>,
     /// Seconds on the wall so far, tracing and adding up.
     pub wall_seconds: f64,
-    /// Processor seconds over cores so far; `None` where the system does not tell.
+    /// Processor seconds over cores so far; `None` where the system does not report them.
     pub cpu_seconds: Option<f64>,
     /// Mean over pixels and channels, radiance.
     pub mean: f64,
@@ -158,15 +166,18 @@ pub struct Row {
     pub mean_se: Option<f64>,
     /// (mean − reference's) / reference's.
     pub mean_error: f64,
-    /// Mean square error in radiance, the reference's own taken off: may fall below zero where nothing is left.
+    /// Mean square error in radiance, the reference's own taken off: may fall below zero where
+    /// nothing is left.
     pub mse: f64,
-    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own taken off: likewise.
+    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own subtracted, too.
     pub rel_mse: f64,
     /// The method's own estimate of the same from its batches; `None` below two.
     pub predicted_rel_mse: Option<f64>,
-    /// Share of the pixels' channels whose 95 % interval holds the reference; `None` below two batches.
+    /// Share of the pixels' channels whose 95 % interval holds the reference; `None` below two
+    /// batches.
     pub coverage: Option<f64>,
-    /// Share of the pixels whose error bar the film itself does not certify; `None` where it was not asked.
+    /// Share of the pixels whose error bar the film itself does not certify; `None` where it was
+    /// not requested.
     pub uncertified: Option<f64>,
     /// Mean FLIP of the displayed picture, in the first repeat.
     pub flip: Option<f64>,
@@ -203,109 +214,14 @@ impl SceneData {
         let last = self.methods[method].checkpoints.last();
         self.rows.iter().any(|r| r.method == method && r.repeat == repeat && Some(&r.spp) == last)
     }
-}
 
-impl SceneData {
     /// Whether every repeat of every method has all its checkpoints.
     pub fn is_all(&self) -> bool {
         (0..self.methods.len()).all(|method| (0..self.repeats).all(|repeat| self.is_complete(method, repeat)))
     }
 }
 
-/// Columns of `data.csv`.
-pub const CSV_COLUMNS: [&str; 33] = [
-    "scene",
-    "method",
-    "integrator",
-    "directions",
-    "sampler",
-    "scrambles",
-    "shared_paths",
-    "max_bounces",
-    "max_radiance",
-    "biased",
-    "repeat",
-    "spp",
-    "batches",
-    "rays",
-    "paths",
-    "device_s",
-    "dispatch_s",
-    "read_s",
-    "film_s",
-    "wall_s",
-    "cpu_s",
-    "mean",
-    "mean_se",
-    "mean_error",
-    "rmse",
-    "rel_mse",
-    "rel_rmse",
-    "predicted_rel_rmse",
-    "coverage_95",
-    "uncertified",
-    "flip",
-    "dropped",
-    "truncated",
-];
-
-impl Data {
-    /// All rows as CSV, one line per checkpoint; an unknown figure is an empty field.
-    ///
-    /// # Errors
-    /// Never in practice: rows of one length are written to memory.
-    pub fn csv(&self) -> Result<Vec<u8>, csv::Error> {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.write_record(CSV_COLUMNS)?;
-        for scene in &self.scenes {
-            for row in &scene.rows {
-                let method = &scene.methods[row.method];
-                let words = &method.words;
-                let number = |x: f64| format!("{x:.6e}");
-                let maybe = |x: Option<f64>| x.map_or(String::new(), number);
-                let fields: [String; CSV_COLUMNS.len()] = [
-                    scene.name.clone(),
-                    method.name.clone(),
-                    words.integrator.clone(),
-                    words.directions.clone().unwrap_or_default(),
-                    words.sampler.clone(),
-                    words.scrambles.clone(),
-                    words.shared_paths.clone(),
-                    words.max_bounces.clone(),
-                    words.max_radiance.clone(),
-                    u8::from(method.biased.is_some()).to_string(),
-                    row.repeat.to_string(),
-                    row.spp.to_string(),
-                    row.batches.to_string(),
-                    row.rays.to_string(),
-                    row.paths.to_string(),
-                    number(row.device_seconds),
-                    maybe(row.dispatch_seconds),
-                    maybe(row.read_seconds),
-                    maybe(row.film_seconds),
-                    number(row.wall_seconds),
-                    maybe(row.cpu_seconds),
-                    number(row.mean),
-                    maybe(row.mean_se),
-                    number(row.mean_error),
-                    maybe((row.mse > 0.0).then(|| row.mse.sqrt())),
-                    number(row.rel_mse),
-                    maybe(row.rel_rmse()),
-                    maybe(row.predicted_rel_mse.map(f64::sqrt)),
-                    maybe(row.coverage),
-                    maybe(row.uncertified),
-                    maybe(row.flip),
-                    row.dropped.to_string(),
-                    row.truncated.to_string(),
-                ];
-                csv.write_record(fields)?;
-            }
-        }
-        csv.into_inner().map_err(|error| error.into_error().into())
-    }
-}
-
-/// A name that can stand in file names and anchors.
+/// A name for file names and anchors.
 pub fn slug(name: &str) -> String {
     let mut slug = String::new();
     for c in name.chars() {

@@ -50,8 +50,8 @@ pub enum BenchError {
     Interrupted,
 }
 
-impl From<surelight_render::PrepareError> for BenchError {
-    fn from(error: surelight_render::PrepareError) -> Self {
+impl From<surelight_prepare::PrepareError> for BenchError {
+    fn from(error: surelight_prepare::PrepareError) -> Self {
         Self::Render(error.into())
     }
 }

@@ -1,16 +1,23 @@
-//! Two versions side by side: is the new one slower, less accurate, or does it show another picture?
+//! Two versions side by side: is the new one slower, less accurate, or does it show another
+//! picture?
 //!
-//! Every method that both reports have is held against itself, at the largest number of samples that both have. *Speed* compares the seconds of a
-//! sample, *error* the relative mean square error at equal samples, *picture* the mean radiance, for which no reference is needed. A
-//! loss is called only where it exceeds what is tolerated by more than the spread of repeats explains: the probability of any false alarm in the whole
-//! comparison is kept below 5 %, by Šidák's correction over all its tests. Spreads of time are pooled over the methods of a scene, which the
-//! same machine shakes alike.
+//! Every method that both reports have is held against itself, at the largest number of samples
+//! that both have. *Speed* compares the seconds of a sample, *error* the relative mean square error
+//! at equal samples, *picture* the mean radiance, for which no reference is needed. A loss is
+//! called only where it exceeds what is tolerated by more than the spread of repeats explains: the
+//! probability of any false alarm in the whole comparison is kept below 5 %, by Šidák's correction
+//! over all its tests. Spreads of time are pooled over the methods of a scene, which the same
+//! machine shakes alike.
+
+mod shift;
+mod text;
 
 use serde::Serialize;
-use surelight_estimate::{Moments, normal_survival, sidak_level, student_t_quantile, student_t_survival};
+use surelight_estimate::{Moments, sidak_level};
 
+use self::shift::{Shift, mean_shift, shift};
 use crate::{
-    analysis::{CONFIDENCE, Interval},
+    analysis::Interval,
     data::{Clock, Data, Row, SceneData},
     error::BenchError,
     report::text::factor,
@@ -45,9 +52,11 @@ pub struct MethodChange {
     pub spp: u32,
     /// New seconds over old, with a 95 % interval.
     pub time: Interval,
-    /// New mean square error over old, likewise; `None` where one is below the reference's noise.
+    /// New mean square error over old, with its interval; `None` where one is below the reference's
+    /// noise.
     pub error: Option<Interval>,
-    /// Relative difference of the mean radiance, likewise; `None` where its error is unknown.
+    /// Relative difference of the mean radiance, with its interval; `None` where its error is
+    /// unknown.
     pub mean: Option<Interval>,
     /// Losses beyond what is tolerated and what chance explains.
     pub losses: Vec<String>,
@@ -69,13 +78,6 @@ impl Comparison {
     pub fn is_loss(&self) -> bool {
         self.methods.iter().any(|m| !m.losses.is_empty())
     }
-}
-
-/// A logarithm of a ratio with its standard error.
-struct Shift {
-    value: f64,
-    se: f64,
-    dof: f64,
 }
 
 /// The figures of a method in both versions.
@@ -103,7 +105,8 @@ pub fn compare(old: &Data, new: &Data, tolerance: Tolerance) -> Result<Compariso
             }
             Some(before) => {
                 if before.hash != scene.hash {
-                    // A version that reads more of a file has another hash of it: no reason not to look.
+                    // A version that reads more of a file has another hash of it: no reason not to
+                    // look.
                     notes
                         .push(format!("{} is another scene, or is read otherwise, than in the old report", scene.name));
                 }
@@ -166,7 +169,7 @@ fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> 
             dof: freedom,
         };
         let error = shift(&pair.error);
-        let mean = mean(&pair.rows);
+        let mean = mean_shift(&pair.rows);
         let mut losses = Vec::new();
         let limit = (1.0 + tolerance.ratio).ln();
         let ratio = |shift: &Shift| shift.interval(f64::exp);
@@ -192,83 +195,6 @@ fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> 
     pairs.iter().map(one).collect()
 }
 
-/// Welch's difference of two means; `None` where one has no spread to judge by.
-fn shift([old, new]: &[Moments; 2]) -> Option<Shift> {
-    if old.count() < 2 || new.count() < 2 {
-        return None;
-    }
-    let (a, b) = (old.variance_of_mean(), new.variance_of_mean());
-    let dof = surelight_estimate::satterthwaite(&[(a, old.count() as f64 - 1.0), (b, new.count() as f64 - 1.0)]);
-    Some(Shift { value: new.mean() - old.mean(), se: (a + b).sqrt(), dof })
-}
-
-/// Relative difference of the mean radiance.
-fn mean(rows: &[Vec<&Row>; 2]) -> Option<Shift> {
-    let of = |rows: &[&Row]| {
-        let n = rows.len() as f64;
-        let variance: f64 = rows.iter().map(|r| r.mean_se.map(|se| se * se)).sum::<Option<f64>>()? / (n * n);
-        Some((rows.iter().map(|r| r.mean).sum::<f64>() / n, variance))
-    };
-    let ((old, a), (new, b)) = (of(&rows[0])?, of(&rows[1])?);
-    (old > 0.0).then(|| Shift { value: (new - old) / old, se: (a + b).sqrt() / old, dof: f64::INFINITY })
-}
-
-impl Shift {
-    /// Probability of something as far above zero by chance.
-    fn p(&self, beyond: f64) -> f64 {
-        let far = self.value - beyond;
-        if self.se == 0.0 {
-            return if far > 0.0 { 0.0 } else { 1.0 };
-        }
-        if self.dof.is_finite() { student_t_survival(far / self.se, self.dof) } else { normal_survival(far / self.se) }
-    }
-
-    /// Whether it is above a limit, one-sided.
-    fn exceeds(&self, limit: f64, level: f64) -> bool {
-        self.p(limit) < level
-    }
-
-    /// Whether it is further from zero than a limit, either way.
-    fn differs(&self, limit: f64, level: f64) -> bool {
-        let mirrored = Self { value: -self.value, ..*self };
-        self.p(limit) < level / 2.0 || mirrored.p(limit) < level / 2.0
-    }
-
-    /// 95 % interval.
-    fn interval(&self, of: impl Fn(f64) -> f64) -> Interval {
-        let half = if self.se == 0.0 { 0.0 } else { student_t_quantile(0.5 + 0.5 * CONFIDENCE, self.dof) * self.se };
-        Interval { value: of(self.value), low: of(self.value - half), high: of(self.value + half) }
-    }
-}
-
-impl std::fmt::Display for Comparison {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for change in &self.methods {
-            let error = change.error.map_or("–".into(), |e| factor(&e));
-            writeln!(
-                f,
-                "{} {} at {} samples: time {}, mean square error {error}",
-                change.scene,
-                change.method,
-                change.spp,
-                factor(&change.time)
-            )?;
-            for loss in &change.losses {
-                writeln!(f, "  LOSS {loss}")?;
-            }
-        }
-        for note in &self.notes {
-            writeln!(f, "note: {note}")?;
-        }
-        let verdict = if self.is_loss() {
-            "the new version has lost something"
-        } else {
-            "no loss beyond what is tolerated and what chance explains"
-        };
-        writeln!(f, "verdict: {verdict}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -288,7 +214,8 @@ mod tests {
 
     #[test]
     fn equal_versions_pass() {
-        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α is used up.
+        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α
+        // is used up.
         let alarms = (0..50).filter(|&seed| !losses(seed, 1.0, 0.0).is_empty()).count();
         assert!(alarms <= 2, "{alarms}");
         let strict = Tolerance { ratio: 0.0, mean: 0.0 };
@@ -302,7 +229,8 @@ mod tests {
 
     #[test]
     fn a_slowdown_of_a_fifth_is_caught() {
-        // 2.1 % standard error of a ratio: 20 % are 6.3 of them beyond the tolerated 5 %, and 3.2 are needed.
+        // 2.1 % standard error of a ratio: 20 % are 6.3 of them beyond the tolerated 5 %, and 3.2
+        // are needed.
         let caught = (0..50).filter(|&seed| losses(seed, 1.2, 0.0).iter().any(|l| l.starts_with("slower"))).count();
         assert_eq!(caught, 50);
         // In one method alone, too.

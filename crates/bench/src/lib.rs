@@ -1,8 +1,10 @@
-//! Speed against accuracy: races the renderer's methods on a scene and reports which reaches a given error first.
+//! Speed against accuracy: races the renderer's methods on a scene and reports which reaches a
+//! given error first.
 //!
-//! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of them progressively, several times, in turn, and
-//! holds every checkpoint against a [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]: `data.json` and
-//! `data.csv` hold all of it, and everything in the report is computed from it.
+//! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of
+//! them progressively, several times, in turn, and holds every checkpoint against a
+//! [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]:
+//! `data.json` and `data.csv` hold all of it, and everything in the report is computed from it.
 
 pub mod analysis;
 mod campaign;
@@ -24,9 +26,9 @@ pub mod report;
 #[cfg(test)]
 mod testing;
 mod tracer;
+mod traversal;
 mod trial;
 mod variations;
-mod walk;
 
 pub use campaign::{WatchAll, campaign};
 pub use error::BenchError;

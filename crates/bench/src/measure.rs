@@ -1,7 +1,8 @@
 //! How far a film is from the reference, by the truth and by its own account.
 //!
-//! The reference is noisy, too. Where its variance is known it is taken off: E(x − r)² = Var x + bias² + Var r, so what
-//! is left is the error that the picture would have against a perfect reference, without bias.
+//! The reference is noisy, too. Where its variance is known it is taken off: E(x − r)² = Var x +
+//! bias² + Var r, so what is left is the error that the picture would have against a perfect
+//! reference, without bias.
 
 use surelight_estimate::student_t_quantile;
 use surelight_film::{
@@ -9,7 +10,8 @@ use surelight_film::{
     compare::{Picture, mean_flip},
 };
 
-/// Of the mean radiance squared, what is added to a pixel's own square in relative errors: dark pixels do not rule them.
+/// Of the mean radiance squared, what is added to a pixel's own square in relative errors: dark
+/// pixels do not rule them.
 pub const EPSILON: f64 = 0.01;
 
 /// Confidence of the intervals whose coverage is counted.
@@ -188,13 +190,15 @@ impl Sums {
         self.deviations[square] += deviations;
     }
 
-    /// Variance of the sum of means. What shares paths, as channels do, errs together at worst; nothing else does.
+    /// Variance of the sum of means. What shares paths, as channels do, errs together at worst;
+    /// nothing else does.
     fn mean_variance(&self) -> f64 {
         self.deviations.iter().map(|d| d * d).sum()
     }
 }
 
-/// Holds a film against the reference. Both must have the same size. `reuses_paths`: the film's pixels of each 2×2 square used one another's paths.
+/// Holds a film against the reference. Both must have the same size. `reuses_paths`: the film's
+/// pixels of each 2×2 square reused one another's paths.
 pub fn measure(film: &Film, reference: &Reference, reuses_paths: bool) -> Errors {
     let floor = reference.floor();
     let dof = film.degrees_of_freedom(0);
@@ -245,7 +249,8 @@ mod tests {
 
     #[test]
     fn the_references_own_noise_is_taken_off() {
-        // Both have a variance of 0.16²·…/16 = 0.04² of the mean; the raw difference would show twice of it.
+        // Both have a variance of 0.16²·…/16 = 0.04² of the mean; the raw difference would show
+        // twice of it.
         let reference = Reference::of(&film(1, 2.0, 0.32));
         let errors = measure(&film(2, 2.0, 0.32), &reference, false);
         let expected: f64 = 0.08 * 0.08;

@@ -1,7 +1,8 @@
-//! What is raced: a method is an integrator, a sampler and the switches that change what a path may do.
+//! What is raced: a method is an integrator, a sampler and the switches that change what a path may
+//! do.
 
 use serde::{Deserialize, Serialize};
-use surelight_render::{Directions, Integrator, PathReuse, Sampler, Settings};
+use surelight_prepare::{Directions, Integrator, PathReuse, Sampler, Settings};
 use surelight_scene::Scene;
 
 /// One way of estimating the picture.
@@ -43,7 +44,8 @@ pub struct MethodWords {
 }
 
 impl Method {
-    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by itself.
+    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by
+    /// itself.
     pub const DEFAULT: Self = Self {
         integrator: Integrator::Mis,
         sampler: Sampler::Sobol,
@@ -119,7 +121,7 @@ impl Method {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
-    /// The method that is worth a try beside all others where there are mirrors or smooth glass.
+    /// The method to try beside all others where there are mirrors or smooth glass.
     pub const CAUSTICS: Self = Self { integrator: Integrator::Caustics, ..Self::DEFAULT };
 
     /// The settings that render it.
@@ -141,7 +143,7 @@ fn many() -> String {
     "many".into()
 }
 
-/// Likewise.
+/// What reports of versions before path reuse had.
 fn off() -> String {
     "off".into()
 }

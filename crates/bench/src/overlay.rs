@@ -21,9 +21,10 @@ pub struct Peer {
     pub pixels: Option<u64>,
 }
 
-/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and, if you like, `spp` and `pixels`, in any order and among
-/// others; or from a JSON array of races between renderers, whose objects have `scene`, `renderer`, `spp`, `relmse`, `efficiency` = 1/(relmse · seconds) and
-/// `mpaths`, million paths a second.
+/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and, if
+/// you like, `spp` and `pixels`, in any order and among others; or from a JSON array of races
+/// between renderers, whose objects have `scene`, `renderer`, `spp`, `relmse`, `efficiency` =
+/// 1/(relmse · seconds) and `mpaths`, million paths a second.
 ///
 /// # Errors
 /// Where the file cannot be read, lacks a column, or holds something else than numbers above zero.
@@ -69,7 +70,7 @@ fn parse_races(text: &str) -> Result<Vec<Peer>, String> {
         .collect()
 }
 
-/// What must be told of points before they are read off the charts of a scene.
+/// What must be stated of points before they are read off the charts of a scene.
 pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
     let mut doubts = Vec::new();
     let pixels = u64::from(scene.width) * u64::from(scene.height);
@@ -104,7 +105,8 @@ fn parse(text: &str) -> Result<Vec<Peer>, String> {
         if record.len() == 1 && record[0].is_empty() {
             continue;
         }
-        // `record.position()` lies before blank lines and the "\n" of a "\r\n" that precede the record.
+        // `record.position()` lies before blank lines and the "\n" of a "\r\n" that precede the
+        // record.
         let read = &text.as_bytes()[..table.position().byte() as usize];
         let line = 1 + read.trim_ascii_end().iter().filter(|&&byte| byte == b'\n').count();
         let field = |index: usize| record.get(index).unwrap_or_default();

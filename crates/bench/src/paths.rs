@@ -7,8 +7,9 @@ use surelight_render::{RenderError, Renderer};
 
 use crate::conditions::{cpu_seconds, threads};
 
-/// Nanoseconds of a path in each round, of each renderer: seconds of the device, or with a software driver processor seconds over cores, which
-/// other work on the machine changes less. All renderers must show `size` pixels. A round takes about `seconds` of each; one more before them warms up.
+/// Nanoseconds of a path in each round, of each renderer: seconds of the device, or with a software
+/// driver processor seconds over cores, which other work on the machine changes less. All renderers
+/// must show `size` pixels. A round takes about `seconds` of each; one more before them warms up.
 ///
 /// # Errors
 /// Where the device fails.

@@ -1,4 +1,4 @@
-//! How long each method may run, and at which samples it is looked at.
+//! How long each method may run, and its checkpoints.
 
 use std::path::PathBuf;
 
@@ -37,8 +37,9 @@ pub struct Plan {
 /// Of the time that all methods have together, what is spent on the reference.
 pub(crate) const REFERENCE_SHARE: f64 = 0.5;
 
-/// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody waits.
-pub(crate) const MOST_SAMPLES: f64 = 16_777_216.0;
+/// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody
+/// waits.
+pub(crate) const MAX_SAMPLES: f64 = 16_777_216.0;
 
 /// Seconds of one sample a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +55,7 @@ impl Plan {
     pub(crate) fn lengths(&self, costs: &[Cost], spent: f64) -> Vec<u32> {
         let repeats = f64::from(self.repeats);
         let methods = self.methods.len() as f64;
-        let length = |seconds: f64, cost: f64| (seconds / repeats / cost).clamp(1.0, MOST_SAMPLES) as u32;
+        let length = |seconds: f64, cost: f64| (seconds / repeats / cost).clamp(1.0, MAX_SAMPLES) as u32;
         match self.budget {
             Budget::Samples(n) => vec![n; costs.len()],
             Budget::Seconds(s) => costs.iter().map(|cost| length(s, cost.clock)).collect(),
@@ -71,7 +72,8 @@ impl Plan {
     }
 }
 
-/// Powers of two up to `length`, and `length`; the last power gives way where it is close to the end.
+/// Powers of two up to `length`, and `length`; the last power gives way where it is close to the
+/// end.
 pub(crate) fn checkpoints(length: u32) -> Vec<u32> {
     let powers = (0..32).map(|k| 1u32 << k).take_while(|&n| 5 * u64::from(n) <= 4 * u64::from(length));
     powers.chain([length]).collect()
@@ -95,7 +97,8 @@ mod tests {
         let costs = [Cost { clock: 0.01, wall: 0.01 }, Cost { clock: 0.02, wall: 0.02 }];
         assert_eq!(plan(Budget::Samples(7)).lengths(&costs, 0.0), [7, 7]);
         assert_eq!(plan(Budget::Seconds(8.0)).lengths(&costs, 99.0), [200, 100]);
-        // 90 s of 110 are left, nine tenths of them for the race: 81 s, a third of it for the reference, 27 s a method.
+        // 90 s of 110 are left, nine tenths of them for the race: 81 s, a third of it for the
+        // reference, 27 s a method.
         assert_eq!(plan(Budget::Total(110.0)).lengths(&costs, 20.0), [675, 337]);
         // A machine that is shared half: the same wall, half the processor time.
         let shared = costs.map(|cost| Cost { wall: 2.0 * cost.clock, ..cost });

@@ -1,25 +1,25 @@
 //! The race: every method in turn, repeat after repeat, so that a machine that drifts favours none.
 
+mod repeats;
+
 use std::path::Path;
 use std::time::Instant;
 
-use surelight_film::{Display, Film, write_png};
+use surelight_film::{Display, write_png};
 use surelight_render::Device;
 
 use crate::{
-    data::{MethodData, Row, SceneData, slug},
+    data::{MethodData, SceneData},
     error::BenchError,
-    measure::{Reference, flip, measure},
     method::Method,
-    pictures,
-    plan::{Budget, MOST_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
+    plan::{Budget, MAX_SAMPLES, Plan, REFERENCE_SHARE, checkpoints},
     reference::{self, Made},
-    tracer::{Run, Setup, Subject, Tracers},
+    tracer::{Setup, Subject, Tracers},
+    traversal,
     trial::{Trials, try_out},
-    walk,
 };
 
-/// How a race stands.
+/// Progress of a race.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
     /// What is being done.
@@ -30,11 +30,12 @@ pub struct Status {
     pub seconds: f64,
 }
 
-/// Told how the race stands, again and again; returns whether to go on.
+/// Called with the progress now and then; returns whether to continue.
 pub type Watch<'w> = dyn FnMut(&Status) -> bool + 'w;
 
-/// Races the methods on a scene. What is measured goes into `data` as soon as it is known and is told to `save`; what is there already, of a race
-/// that was interrupted, is not measured again. Returns false where `watch` stopped it.
+/// Races the methods on a scene. Measurements go into `data` as soon as they are known, and to
+/// `save`; those of a race that was interrupted are not repeated. Returns false where `watch`
+/// stopped it.
 ///
 /// # Errors
 /// Where a device, a scene or a disk fails.
@@ -66,16 +67,10 @@ pub fn race(
     if !race.measure_all(scene, &made.reference, save)? {
         return Ok(false);
     }
-    race.walk(device, scene, save)
+    race.traversal(device, scene, save)
 }
 
-/// Repeats that bands and intervals need.
-const LEAST_REPEATS: u32 = 2;
-
-/// Of the time for a scene, the share after which no other repeat is begun: on a machine as quick as at first, a third of the race is left there at most.
-const LATE: f64 = 0.8;
-
-/// The work in seconds, as far as it can be told beforehand.
+/// The work in seconds, as far as it is known beforehand.
 #[derive(Default)]
 struct Work {
     done: f64,
@@ -93,7 +88,7 @@ struct Race<'a, 'w> {
 }
 
 impl Race<'_, '_> {
-    fn tell(&mut self, stage: String, more: f64) -> bool {
+    fn report(&mut self, stage: String, more: f64) -> bool {
         let share = if self.work.all > 0.0 { ((self.work.done + more) / self.work.all).clamp(0.0, 1.0) } else { 0.0 };
         (self.watch)(&Status { stage, share, seconds: self.started.elapsed().as_secs_f64() })
     }
@@ -102,7 +97,7 @@ impl Race<'_, '_> {
     fn set_up(&mut self) -> Result<Option<Vec<Setup>>, BenchError> {
         let mut setups = Vec::new();
         for method in &self.plan.methods {
-            if !self.tell(format!("compiling {}", method.name()), 0.0) {
+            if !self.report(format!("compiling {}", method.name()), 0.0) {
                 return Ok(None);
             }
             setups.push(self.tracers.set_up(method)?);
@@ -118,11 +113,11 @@ impl Race<'_, '_> {
             methods.push(Method::DEFAULT);
         }
         let Self { tracers, watch, started, subject, plan, .. } = self;
-        let mut tell = |method: &Method| {
+        let mut report = |method: &Method| {
             let stage = format!("trying out {}", method.name());
             watch(&Status { stage, share: 0.0, seconds: started.elapsed().as_secs_f64() })
         };
-        Ok(try_out(tracers, subject, &methods, plan.clock, &mut tell)?)
+        Ok(try_out(tracers, subject, &methods, plan.clock, &mut report)?)
     }
 
     /// The image errors are measured from: given, left by an interrupted race, or rendered.
@@ -148,16 +143,17 @@ impl Race<'_, '_> {
         }
         let method = trials.reference;
         let known = plan.methods.iter().position(|m| *m == method);
-        // Another sampler's cost is that of the same integrator, or of the default, which was tried last.
+        // Another sampler's cost is that of the same integrator, or of the default, which was tried
+        // last.
         let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator && !m.shared_paths);
-        let a_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
+        let per_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
         let longest = lengths.iter().copied().max().unwrap_or(1);
         let samples = match plan.budget {
             Budget::Samples(n) => 8.0 * f64::from(n),
-            _ => (REFERENCE_SHARE * self.work.all / a_sample).max(4.0 * known.map_or(0.0, |i| f64::from(lengths[i]))),
+            _ => (REFERENCE_SHARE * self.work.all / per_sample).max(4.0 * known.map_or(0.0, |i| f64::from(lengths[i]))),
         };
-        let samples = samples.max(64.0).min(64.0 * f64::from(longest).max(4.0)).min(MOST_SAMPLES) as u32;
-        self.work.all += f64::from(samples) * a_sample;
+        let samples = samples.max(64.0).min(64.0 * f64::from(longest).max(4.0)).min(MAX_SAMPLES) as u32;
+        self.work.all += f64::from(samples) * per_sample;
         let (name, clock) = (method.name(), plan.clock);
         let settings = method.settings(settings);
         self.tracers.of(&method)?;
@@ -165,10 +161,10 @@ impl Race<'_, '_> {
         let renderer = tracers.of(&method)?;
         let made = reference::render(renderer, &settings, &name, samples, clock, &mut |spp| {
             let stage = format!("reference by {name}, {spp} of {samples} samples a pixel");
-            let share = f64::from(spp) * a_sample / work.all;
+            let share = f64::from(spp) * per_sample / work.all;
             watch(&Status { stage, share, seconds: started.elapsed().as_secs_f64() })
         })?;
-        self.work.done += f64::from(samples) * a_sample;
+        self.work.done += f64::from(samples) * per_sample;
         let mut made = made;
         if let Some(Made { film: Some(film), data, .. }) = &mut made {
             data.reason.clone_from(&trials.reason);
@@ -224,56 +220,14 @@ impl Race<'_, '_> {
         }
     }
 
-    /// All repeats of all methods that are not measured yet.
-    fn measure_all(
-        &mut self,
-        scene: &mut SceneData,
-        reference: &Reference,
-        save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
-    ) -> Result<bool, BenchError> {
-        let count = self.plan.methods.len();
-        for repeat in 0..self.plan.repeats {
-            if repeat >= LEAST_REPEATS && self.is_late() && (0..count).all(|m| !scene.is_complete(m, repeat)) {
-                scene.warnings.push(format!(
-                    "{repeat} repeats instead of {}: the machine has become slower than it was when methods were tried out",
-                    scene.repeats
-                ));
-                scene.repeats = repeat;
-                break;
-            }
-            for turn in 0..count {
-                // Each repeat begins with another method, and every second one goes backwards.
-                let turn = if repeat % 2 == 0 { turn } else { count - 1 - turn };
-                let index = (turn + repeat as usize / 2) % count;
-                if scene.is_complete(index, repeat) {
-                    continue;
-                }
-                // What an interrupted repeat left is measured again, with the same samples.
-                scene.rows.retain(|row| (row.method, row.repeat) != (index, repeat));
-                let went_on = self.measure_one(scene, reference, index, repeat)?;
-                save(scene)?;
-                if !went_on {
-                    return Ok(false);
-                }
-            }
-        }
-        Ok(true)
-    }
-
-    /// Whether the time for the whole scene, where there is one, will not suffice for another repeat.
-    fn is_late(&self) -> bool {
-        let Budget::Total(seconds) = self.plan.budget else { return false };
-        self.started.elapsed().as_secs_f64() > LATE * seconds
-    }
-
-    /// What of the time the walk takes, by the default where it is raced.
-    fn walk(
+    /// The share of the time that traversal takes, by the default where it is raced.
+    fn traversal(
         &mut self,
         device: &Device,
         scene: &mut SceneData,
         save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
     ) -> Result<bool, BenchError> {
-        // Only the kernel whose pixels share nothing can walk its rays twice.
+        // Only the kernel without path reuse can traverse its rays twice.
         let mut measurable = self.plan.methods.iter().filter(|m| !m.shared_paths);
         let first = measurable.clone().next();
         let Some(method) = measurable.find(|m| **m == Method::DEFAULT).or(first).filter(|_| scene.walk.is_none())
@@ -282,93 +236,11 @@ impl Race<'_, '_> {
         };
         let Self { watch, started, subject, plan, .. } = self;
         let mut go_on = || {
-            let stage = format!("how much of {} is walking rays", method.name());
+            let stage = format!("how much of {} is traversal", method.name());
             watch(&Status { stage, share: 1.0, seconds: started.elapsed().as_secs_f64() })
         };
-        scene.walk = walk::measure(device, subject, method, plan.clock, &mut go_on)?;
+        scene.walk = traversal::measure(device, subject, method, plan.clock, &mut go_on)?;
         save(scene)?;
         Ok(scene.walk.is_some())
-    }
-
-    /// One repeat of one method, checkpoint after checkpoint.
-    fn measure_one(
-        &mut self,
-        scene: &mut SceneData,
-        reference: &Reference,
-        index: usize,
-        repeat: u32,
-    ) -> Result<bool, BenchError> {
-        let method = self.plan.methods[index];
-        let settings = method.settings(&self.subject.settings);
-        let display = self.display();
-        let checkpoints = scene.methods[index].checkpoints.clone();
-        let work = self.work_left(scene);
-        let stage = format!("{}, repeat {} of {}", method.name(), repeat + 1, self.plan.repeats);
-        let mut run = {
-            let renderer = self.tracers.of(&method)?;
-            Run::new(&settings, 1 + repeat, renderer)
-        };
-        for (place, &spp) in checkpoints.iter().enumerate() {
-            let Self { tracers, watch, started, .. } = self;
-            let status = Status { stage: stage.clone(), share: work, seconds: 0.0 };
-            let mut go_on = || watch(&Status { seconds: started.elapsed().as_secs_f64(), ..status.clone() });
-            if !run.grow_to(tracers.of(&method)?, spp, None, &mut go_on)? {
-                return Ok(false);
-            }
-            let last = place + 1 == checkpoints.len();
-            let flip = (repeat == 0).then(|| flip(&run.film, reference, &display));
-            scene.rows.push(row(index, repeat, &run, reference, flip));
-            if last && repeat == 0 {
-                self.pictures(&run.film, reference, &method.name())?;
-            }
-        }
-        Ok(true)
-    }
-
-    /// Share of the work that is done, by the checkpoints measured.
-    fn work_left(&self, scene: &SceneData) -> f64 {
-        let runs = scene.methods.len() * scene.repeats as usize;
-        let done = (0..scene.methods.len())
-            .map(|m| (0..scene.repeats).filter(|&r| scene.is_complete(m, r)).count())
-            .sum::<usize>();
-        let reference = if self.work.all > 0.0 { self.work.done / self.work.all } else { 0.0 };
-        reference + (1.0 - reference) * done as f64 / runs.max(1) as f64
-    }
-
-    /// The picture of a method and where it errs.
-    fn pictures(&self, film: &Film, reference: &Reference, name: &str) -> Result<(), BenchError> {
-        let name = slug(name);
-        write_png(&self.folder.join(format!("{name}.png")), film, &self.display())?;
-        pictures::error_map(&self.folder.join(format!("{name}-error.png")), film, reference)
-    }
-}
-
-/// The checkpoint that a run has reached.
-fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
-    let errors = measure(&run.film, reference, run.reuses_paths);
-    Row {
-        method,
-        repeat,
-        spp: run.spp,
-        batches: run.batches,
-        rays: run.counts.rays,
-        paths: run.counts.paths,
-        device_seconds: run.counts.device_seconds,
-        dispatch_seconds: Some(run.counts.trace_seconds),
-        read_seconds: Some(run.counts.read_seconds),
-        film_seconds: Some(run.counts.film_seconds),
-        wall_seconds: run.wall_seconds,
-        cpu_seconds: run.cpu_seconds,
-        mean: errors.mean,
-        mean_se: errors.mean_se,
-        mean_error: errors.mean_error,
-        mse: errors.mse,
-        rel_mse: errors.rel_mse,
-        predicted_rel_mse: errors.predicted_rel_mse,
-        coverage: errors.coverage,
-        uncertified: (run.batches > 1).then(|| 1.0 - run.film.certify().share()),
-        flip,
-        dropped: run.counts.dropped,
-        truncated: run.counts.truncated,
     }
 }

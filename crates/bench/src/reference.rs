@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use surelight_film::{Film, Metadata, read_exr, write_exr};
-use surelight_render::{RenderError, Renderer, Settings};
+use surelight_prepare::Settings;
+use surelight_render::{RenderError, Renderer};
 
 use crate::{
     data::{Clock, ReferenceData},
@@ -18,7 +19,7 @@ const STREAM: u32 = 0;
 /// Batches it comes in: enough that the variance of each pixel is known to a fifth.
 const BATCHES: u32 = 64;
 
-/// A reference with what is told of it.
+/// A reference and its data.
 pub(crate) struct Made {
     pub(crate) reference: Reference,
     pub(crate) data: ReferenceData,
@@ -37,9 +38,9 @@ pub(crate) fn render(
     let mut run = Run::new(settings, STREAM, renderer);
     let length = length(samples);
     let batches = (samples / length).max(2);
-    // In parts, so that progress can be told.
+    // In parts, so that progress can be reported.
     for part in 1..=batches {
-        let done = run.spp;
+        let done = run.spp();
         if !run.grow_to(renderer, part * length, Some(length), &mut || go_on(done))? {
             return Ok(None);
         }
@@ -47,10 +48,10 @@ pub(crate) fn render(
     let reference = Reference::of(&run.film);
     let data = ReferenceData {
         source: method.to_owned(),
-        spp: run.spp.into(),
+        spp: run.spp().into(),
         seconds: run.seconds(clock),
         uncertified: Some(1.0 - run.film.certify().share()),
-        ..told(&reference)
+        ..data_of(&reference)
     };
     Ok(Some(Made { reference, data, film: Some(run.film) }))
 }
@@ -63,8 +64,8 @@ fn length(samples: u32) -> u32 {
     }
 }
 
-/// What a reference tells of itself.
-fn told(reference: &Reference) -> ReferenceData {
+/// The errors of a reference by its own variance.
+fn data_of(reference: &Reference) -> ReferenceData {
     let own = reference.own_error();
     ReferenceData { mean: own.mean, mean_se: own.mean_se, rel_mse: own.rel_mse, ..ReferenceData::default() }
 }
@@ -103,7 +104,7 @@ pub(crate) fn load(path: &Path, size: [u32; 2]) -> Result<Made, BenchError> {
     let data = ReferenceData {
         source: path.display().to_string(),
         spp: metadata.map_or(0, |m| m.sample_range[1]),
-        ..told(&reference)
+        ..data_of(&reference)
     };
     Ok(Made { reference, data, film: None })
 }
@@ -128,7 +129,7 @@ mod tests {
             film.add_batch(8, &[0, 1], &[BatchSum::constant(8, [batch; 3]), BatchSum::constant(8, [1.0; 3])]).unwrap();
         }
         let reference = Reference::of(&film);
-        let data = ReferenceData { spp: 32, ..told(&reference) };
+        let data = ReferenceData { spp: 32, ..data_of(&reference) };
         save(&path, &film, &data, "abc").unwrap();
         let again = load(&path, [2, 1]).unwrap();
         assert_eq!(again.reference.rgb, reference.rgb);

@@ -1,9 +1,11 @@
-//! Short trials before the race: what a sample of each method costs, and which method without bias is to make the reference.
+//! Short trials before the race: what a sample of each method costs, and which method without bias
+//! is to make the reference.
 
 use std::time::Instant;
 
 use surelight_film::Film;
-use surelight_render::{Integrator, RenderError, Sampler, Trial, best_trial, judge_trials};
+use surelight_prepare::{Integrator, Sampler};
+use surelight_render::{RenderError, Trial, best_trial, judge_trials};
 
 use crate::{
     data::Clock,
@@ -24,8 +26,8 @@ const SAMPLES: [f64; 2] = [2.0, 16.0];
 /// Batches of trials are those of this stream.
 const STREAM: u32 = u16::MAX as u32;
 
-/// Of the usual method's, by how much the tails of another may be heavier before its efficiency is not believed: who has not met its bright
-/// paths yet seems better than it is.
+/// Of the usual method's, by how much the tails of another may be heavier before its efficiency is
+/// not believed: a method that has not found its bright paths yet seems better than it is.
 const HEAVIER: f64 = 1.1;
 
 /// What a trial showed.
@@ -36,59 +38,60 @@ struct Tried {
     seconds: Vec<f64>,
 }
 
-/// The costs of methods, in their order, and the method that should make the reference with the reason why.
+/// The costs of methods, in their order, and the method that should make the reference with the
+/// reason why.
 pub(crate) struct Trials {
     pub(crate) costs: Vec<Cost>,
     pub(crate) reference: Method,
     pub(crate) reason: String,
 }
 
-/// Tries the methods in turn; `None` where `tell` stopped it. This also warms them up.
+/// Tries the methods in turn; `None` where `report` stopped it. This also warms them up.
 pub(crate) fn try_out(
     tracers: &mut Tracers<'_>,
     subject: &Subject,
     methods: &[Method],
     clock: Clock,
-    tell: &mut dyn FnMut(&Method) -> bool,
+    report: &mut dyn FnMut(&Method) -> bool,
 ) -> Result<Option<Trials>, RenderError> {
     let mut tried: Vec<Tried> = Vec::new();
     let mut samples = Vec::new();
     let mut runs = Vec::new();
     for method in methods {
-        if !tell(method) {
+        if !report(method) {
             return Ok(None);
         }
         let renderer = tracers.of(method)?;
         let mut run = Run::new(&method.settings(&subject.settings), STREAM, renderer);
         run.grow_to(renderer, 1, Some(1), &mut || true)?;
         let [least, most] = SAMPLES;
-        samples.push((SECONDS / ROUNDS as f64 / run.wall_seconds.max(1e-4)).clamp(least, most) as u32);
+        samples.push((SECONDS / ROUNDS as f64 / run.wall_seconds().max(1e-4)).clamp(least, most) as u32);
         runs.push(run);
         tried.push(Tried { cost: Cost { clock: 0.0, wall: 0.0 }, films: Vec::new(), seconds: Vec::new() });
     }
-    let first: Vec<[f64; 2]> = runs.iter().map(|run| [run.wall_seconds, run.seconds(clock)]).collect();
+    let first: Vec<[f64; 2]> = runs.iter().map(|run| [run.wall_seconds(), run.seconds(clock)]).collect();
     for round in 0..ROUNDS {
         for (i, method) in methods.iter().enumerate() {
             // Where a sample takes long, one round must do.
             if round > 0 && first[i][0] * f64::from(samples[i]) > SECONDS {
                 continue;
             }
-            if !tell(method) {
+            if !report(method) {
                 return Ok(None);
             }
             let renderer = tracers.of(method)?;
             let run = &mut runs[i];
             run.film = Film::new(subject.settings.width, subject.settings.height);
             let began = Instant::now();
-            run.grow_to(renderer, run.spp + samples[i], Some(1), &mut || true)?;
+            run.grow_to(renderer, run.spp() + samples[i], Some(1), &mut || true)?;
             let pixels = run.film.pixels().len() as f64;
             tried[i].seconds.push(began.elapsed().as_secs_f64() / f64::from(samples[i]) / pixels);
             tried[i].films.push(run.film.clone());
         }
     }
     for ((tried, run), first) in tried.iter_mut().zip(&runs).zip(&first) {
-        let count = f64::from(run.spp - 1);
-        let wall = (run.wall_seconds - first[0]) / count;
+        let count = f64::from(run.spp() - 1);
+        let wall = (run.wall_seconds() - first[0]) / count;
         let clocked = (run.seconds(clock) - first[1]) / count;
         tried.cost = Cost { clock: clocked.max(0.1 * wall).max(1e-7), wall: wall.max(1e-7) };
     }
@@ -96,8 +99,9 @@ pub(crate) fn try_out(
     Ok(Some(Trials { costs: tried.iter().map(|t| t.cost).collect(), reference, reason }))
 }
 
-/// The integrators without bias among the methods, each with the method that tried it, Sobol's if there is one. The reference's pixels are
-/// independent, so methods whose pixels share paths do not count.
+/// The integrators without bias among the methods, each with the method that tried it, Sobol's if
+/// there is one. The reference's pixels are independent, so methods whose pixels share paths do not
+/// count.
 fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)> {
     let mut found: Vec<(Integrator, usize)> = Vec::new();
     for (i, method) in methods.iter().enumerate().filter(|(_, m)| !m.shared_paths && m.bias(&subject.scene).is_none()) {
@@ -110,7 +114,8 @@ fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)>
     found
 }
 
-/// The most efficient method without bias; the default, which finds light in every way that the others do, unless another is surely better.
+/// The most efficient method without bias; the default, which finds light in every way that the
+/// others do, unless another is surely better.
 fn choose(subject: &Subject, methods: &[Method], tried: &[Tried]) -> (Method, String) {
     let usual = Method::DEFAULT.integrator;
     let enough = |&(_, i): &(Integrator, usize)| tried[i].films.len() == ROUNDS;
@@ -146,7 +151,8 @@ fn reason(best: Integrator, usual: Integrator, trials: &[Trial], unbelieved: usi
     text
 }
 
-/// Mean over pixels of what a single sample makes of the squared deviations, all rounds together: 1 where one sample decides everything.
+/// Mean over pixels of what a single sample makes of the squared deviations, all rounds together: 1
+/// where one sample decides everything.
 fn heaviness(films: &[Film]) -> f64 {
     let Some((first, rest)) = films.split_first() else { return 1.0 };
     let mut all = first.clone();
@@ -163,7 +169,7 @@ fn heaviness(films: &[Film]) -> f64 {
 #[cfg(test)]
 mod tests {
     use surelight_film::BatchSum;
-    use surelight_render::Settings;
+    use surelight_prepare::Settings;
     use surelight_scene::Scene;
 
     use super::*;
@@ -182,7 +188,8 @@ mod tests {
         }
     }
 
-    /// Four rounds of 16 batches whose samples are 1 ± noise, but one in `rare` is as bright as that many.
+    /// Four rounds of 16 batches whose samples are 1 ± noise, but one in `rare` is as bright as
+    /// that many.
     fn tried(seed: u64, noise: f64, seconds: f64, rare: u64) -> Tried {
         let mut normal = normals(seed);
         let lanes: Vec<u32> = (0..256).collect();
@@ -229,7 +236,8 @@ mod tests {
 
     #[test]
     fn luck_is_not_taken_for_efficiency() {
-        // One sample in 10,000 is bright: a pixel in 150 has met one, and the others know nothing of it.
+        // One sample in 10,000 is bright: a pixel in 150 has found one, and the others know nothing
+        // of it.
         let (method, reason) =
             choose(&subject(), &[Method::DEFAULT, AREA], &[tried(1, 0.3, 1.0, 0), tried(2, 0.1, 1.0, 10_000)]);
         assert_eq!((method, reason.contains("heavier tails")), (Method::DEFAULT, true), "{reason}");

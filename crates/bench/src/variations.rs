@@ -1,6 +1,6 @@
 //! Which methods are raced: every combination of what each switch may be.
 
-use surelight_render::{Directions, Integrator, Sampler};
+use surelight_prepare::{Directions, Integrator, Sampler};
 
 use crate::method::Method;
 
@@ -58,7 +58,8 @@ impl Variations {
         self.integrators.is_some()
     }
 
-    /// The methods, without doubles. A quick race leaves out samplers that only repeat what another integrator shows.
+    /// The methods, without doubles. A quick race leaves out samplers that only repeat what another
+    /// integrator shows.
     pub fn methods(&self, quick: bool) -> Vec<Method> {
         use Family as F;
         let all = [Sampler::Sobol, Sampler::Stratified, Sampler::Independent];
@@ -89,7 +90,8 @@ impl Variations {
             for &max_radiance in self.max_radiance.as_deref().unwrap_or(&[None]) {
                 for &one_scramble in self.one_scramble.as_deref().unwrap_or(&[false]) {
                     for &shared_paths in self.shared_paths.as_deref().unwrap_or(&[false]) {
-                        // Other samplers have no sequence, other integrators no paths that pixels could share.
+                        // Other samplers have no sequence, other integrators no paths that pixels
+                        // could share.
                         let one_scramble = one_scramble && plain.sampler == Sampler::Sobol;
                         let shared_paths = shared_paths && plain.integrator == Integrator::Mis;
                         methods.push(Method { max_bounces, max_radiance, one_scramble, shared_paths, ..plain });

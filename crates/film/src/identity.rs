@@ -184,10 +184,10 @@ fn settings(first: &RenderSettings, second: &RenderSettings, required: Compatibi
 mod tests {
     use super::*;
     use crate::settings::{Directions, Integrator, Projection, Sampler};
-    use crate::{Bound, Part};
+    use crate::{Bound, RenderPart};
 
     fn metadata(settings: RenderSettings) -> Metadata {
-        Metadata { settings: Some(settings), part: Some(Part::default()), ..Metadata::default() }
+        Metadata { settings: Some(settings), part: Some(RenderPart::default()), ..Metadata::default() }
     }
 
     /// The differences both ways, the second the mirror image of the first.

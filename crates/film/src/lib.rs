@@ -59,7 +59,7 @@ pub use extend::read_finished;
 pub use film::{Features, Film, Window};
 pub use identity::{Compatibility, Difference, difference};
 pub use merge::{MergeError, MergePlan, Missing, PartFile};
-pub use metadata::{Metadata, Part};
+pub use metadata::{Metadata, RenderPart};
 pub use moments::PixelMoments;
 pub use part::{read_part, read_part_header};
 pub use png::{Display, encode_png, write_png, write_rgb8_png};

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::identity::{Compatibility, Difference, difference};
-use crate::{Film, Metadata, Part, ReadError, Window, read_part, read_part_header};
+use crate::{Film, Metadata, ReadError, RenderPart, Window, read_part, read_part_header};
 
 /// A part, known by its header.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ impl PartFile {
         Ok(Self { path: path.to_owned(), metadata, window })
     }
 
-    fn part(&self) -> Part {
+    fn part(&self) -> RenderPart {
         self.metadata.part.clone().unwrap_or_default()
     }
 
@@ -272,7 +272,7 @@ impl MergePlan {
     /// Where a file cannot be read or has changed meanwhile.
     pub fn join(self) -> Result<(Film, Metadata), MergeError> {
         let mut film = Film::of_window(self.window);
-        let mut sum = Part::default();
+        let mut sum = RenderPart::default();
         let mut dropped = 0;
         for file in &self.parts {
             let (part, metadata) = read_part(&file.path)?;
@@ -289,7 +289,7 @@ impl MergePlan {
             dropped += metadata.dropped_samples;
         }
         let first = &self.parts[0];
-        let part = Part {
+        let part = RenderPart {
             asked_samples: Some(self.samples),
             paths: sum.paths,
             rays: sum.rays,

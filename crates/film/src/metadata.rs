@@ -44,7 +44,7 @@ pub struct Metadata {
     pub exposure: Option<ExposureRecord>,
     /// Of a part of a render: the data to resume it, or to join it with others.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub part: Option<Part>,
+    pub part: Option<RenderPart>,
 }
 
 impl Metadata {
@@ -74,7 +74,7 @@ impl Metadata {
 /// [`Metadata::crop`] and [`Metadata::sample_range`].
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Part {
+pub struct RenderPart {
     /// Pixels a row and rows of the whole image.
     pub size: [u32; 2],
     /// Samples per pixel of the whole render; `None`: no number was set.

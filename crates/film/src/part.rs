@@ -123,7 +123,7 @@ pub(crate) fn decode_part(bytes: &[u8]) -> Result<(Film, Metadata), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BatchSum, Part, encode_exr};
+    use crate::{BatchSum, RenderPart, encode_exr};
 
     fn part(window: Window) -> (Film, Metadata) {
         let mut film = Film::of_window(window);
@@ -141,7 +141,7 @@ mod tests {
         let metadata = Metadata {
             sample_range: [0, 15],
             crop: (!window.is_all()).then(|| window.edges()),
-            part: Some(Part { size: window.whole, planned_samples: Some(64), ..Part::default() }),
+            part: Some(RenderPart { size: window.whole, planned_samples: Some(64), ..RenderPart::default() }),
             ..Metadata::default()
         };
         (film, metadata)
@@ -155,7 +155,7 @@ mod tests {
             assert_eq!(back.window(), window);
             assert!(back.pixels() == film.pixels() && back.features() == film.features());
             let checksum = checksum(&film, [0, 15]);
-            assert_eq!(header, Metadata { part: Some(Part { checksum, ..metadata.part.unwrap() }), ..metadata });
+            assert_eq!(header, Metadata { part: Some(RenderPart { checksum, ..metadata.part.unwrap() }), ..metadata });
         }
     }
 

@@ -66,8 +66,9 @@ pub struct Convergence {
 impl Precision {
     /// How precise the film is at this confidence and bound.
     pub fn reach(&self, film: &Film, certificate: &Certificate) -> Convergence {
-        let chosen = certificate.certified.iter().zip(&certificate.reachable).map(|(&c, &r)| c && r);
-        Convergence { half_width: self.half_width(film, &chosen.collect::<Vec<_>>()), certified: certificate.share() }
+        let Certificate { certified, reachable, .. } = certificate;
+        let chosen: Vec<bool> = certified.iter().zip(reachable).map(|(&c, &r)| c && r).collect();
+        Convergence { half_width: self.half_width(film, &chosen, reachable), certified: certificate.share() }
     }
 
     /// Whether that is enough.
@@ -79,10 +80,10 @@ impl Precision {
     /// is.
     ///
     /// The standard error of luminance is taken as Σ w_c σ_c: see [`crate::ErrorSummary`].
-    pub fn half_width(&self, film: &Film, chosen: &[bool]) -> f64 {
+    pub fn half_width(&self, film: &Film, chosen: &[bool], reachable: &[bool]) -> f64 {
         let pixels = film.pixels();
         let means: Vec<f64> = pixels.par_iter().map(|p| luminance(p.mean())).collect();
-        let reachable = film.reachable().into_iter().filter(|&r| r).count();
+        let reachable = reachable.iter().filter(|&&r| r).count();
         let floor = LUMINANCE_FLOOR * means.iter().sum::<f64>() / reachable.max(1) as f64;
         // Nearly always the same for all pixels.
         let dof = film.degrees_of_freedom(0);
@@ -135,9 +136,9 @@ mod tests {
         let precision = Precision { error: 0.05, confidence: 0.95, bound: Bound::Clt };
         // The ninth of ten: s² = 0.09²·16/15, over 16.
         let expected = 2.131_449_5 * (0.09f64.powi(2) / 15.0).sqrt();
-        let found = precision.half_width(&film, &chosen);
+        let found = precision.half_width(&film, &chosen, &certificate.reachable);
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
-        assert_eq!(precision.half_width(&film, &[false; 11]), f64::INFINITY);
+        assert_eq!(precision.half_width(&film, &[false; 11], &[true; 11]), f64::INFINITY);
     }
 
     #[test]

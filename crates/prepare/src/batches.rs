@@ -55,12 +55,14 @@ impl Batches {
         if samples == 0 || samples < self.full(done) {
             return 1;
         }
-        match (self.planned, until) {
-            (Some(_), until) => (until.unwrap_or(u32::MAX) - done) / samples,
+        let left = until.unwrap_or(u32::MAX) - done;
+        match self.planned {
+            Some(_) => left / samples,
             // Until the next size is due.
-            (None, _) if done < 2 * BATCHES => (2 * BATCHES - done).max(1),
-            (None, _) => BATCHES,
+            None if samples < MAX_SAMPLES => (2 * BATCHES * samples - done).min(left) / samples,
+            None => (left / samples).min(BATCHES),
         }
+        .max(1)
     }
 }
 
@@ -107,7 +109,7 @@ mod tests {
         let plan = Batches { planned: Some(100) };
         assert_eq!([0, 2, 4, 92, 96].map(|done| plan.run(done, Some(100))), [1, 1, 24, 2, 1]);
         let growing = Batches { planned: None };
-        assert_eq!([0, 20, 32, 1000].map(|done| growing.run(done, None)), [32, 12, 16, 16]);
+        assert_eq!([0, 20, 32, 48, 1000].map(|done| growing.run(done, None)), [32, 12, 16, 8, 1]);
     }
 
     #[test]

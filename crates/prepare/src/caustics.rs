@@ -14,6 +14,7 @@ use super::{
     lights::{Lights, light_word},
     lobes::transmits,
     luminance,
+    surface::Surface,
 };
 use crate::shared::{AreaLight, LIGHT_KIND_ENVIRONMENT, LIGHT_KIND_PUNCTUAL, LightEntry};
 
@@ -170,20 +171,9 @@ fn starts_inside(scene: &Scene, accel: &Accel, direction: Vec3) -> bool {
     let mut ray = Ray::new(Vec3::ZERO, direction);
     for _ in 0..MAX_PASSED {
         let Some(hit) = accel.intersect(&ray) else { return false };
-        let source = &accel.triangles[hit.prim as usize];
-        let mesh = &scene.meshes[source.mesh as usize];
-        let material = &scene.materials[mesh.material];
-        if material.volume.is_some() && transmits(material) {
-            let placed = match accel.instances.get(hit.instance as usize) {
-                Some(record) => record.scene_instance,
-                None => source.instance,
-            };
-            let to_world = scene.instances[placed as usize].to_world;
-            let [a, b, c] = source.corners.map(|i| to_world.transform_point3(mesh.positions[i as usize].as_dvec3()));
-            // Corners of copies are in the order of the world already.
-            let mirrored = source.instance == u32::MAX && to_world.matrix3.determinant() < 0.0;
-            let normal = (b - a).cross(c - a) * if mirrored { -1.0 } else { 1.0 };
-            return normal.dot(direction.as_dvec3()) > 0.0;
+        let surface = Surface::at(scene, accel, &hit);
+        if surface.material.volume.is_some() && transmits(surface.material) {
+            return surface.front.dot(direction.as_dvec3()) > 0.0;
         }
         ray.t_min = hit.t * (1.0 + 1e-5);
     }

@@ -48,6 +48,7 @@ mod settings;
 pub mod shared;
 mod sheen;
 mod slots;
+mod surface;
 mod textures;
 mod unreachable;
 mod view;

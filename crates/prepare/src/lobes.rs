@@ -66,3 +66,12 @@ pub(super) fn is_pane(m: &Material, smooth: bool) -> bool {
 pub(super) fn transmits(m: &Material) -> bool {
     !m.unlit && m.transmission > 0.0 || has_diffuse_transmission(m)
 }
+
+/// The mean albedo of the base by its factor, which a texture halves; 0 for unlit materials.
+pub(super) fn mean_albedo(m: &Material) -> f64 {
+    if m.unlit {
+        return 0.0;
+    }
+    let factor = m.base_color[..3].iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+    if m.base_color_texture.is_some() { 0.5 * factor } else { factor }
+}

@@ -270,7 +270,7 @@ impl Prepared {
 /// Additions to a kernel by measurements and tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instrument {
-    /// Rays are traversed several times (`surelight_render::Renderer::set_walks`).
+    /// Rays are traversed several times (`surelight_render::instrument`).
     RepeatedTraversal,
     /// Paths end at the bounce limit alone.
     NoRoulette,

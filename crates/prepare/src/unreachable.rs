@@ -24,6 +24,7 @@ use super::clip::Planes;
 use super::light_flow::LightFlow;
 use super::lobes::{has_facets, is_coated, is_pane};
 use super::shared::View;
+use super::surface::Surface;
 
 /// Rays through the picture.
 const RAYS: u32 = 4096;
@@ -209,10 +210,9 @@ impl SpecularWalk<'_> {
         let mut ray = Ray::new(origin.as_vec3(), direction.as_vec3());
         for _ in 0..MAX_PASSED {
             let hit = self.accel.intersect(&ray)?;
-            let source = &self.accel.triangles[hit.prim as usize];
-            let material = self.scene.meshes[source.mesh as usize].material;
-            if self.scene.materials[material].alpha_mode == AlphaMode::Opaque {
-                return Some(self.specular[material]);
+            let surface = Surface::at(self.scene, self.accel, &hit);
+            if surface.material.alpha_mode == AlphaMode::Opaque {
+                return Some(self.specular[surface.material_index]);
             }
             // Alpha textures are not sampled: surfaces behind contribute.
             ray.t_min = hit.t * (1.0 + 1e-5);

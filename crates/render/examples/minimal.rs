@@ -1,9 +1,11 @@
-//! From a glTF file to pixels: `cargo run --release --example minimal -p surelight-render -- scene.glb`
+//! From a glTF file to pixels: `cargo run --release --example minimal -p surelight-render --
+//! scene.glb`
 
 use std::{error::Error, path::Path};
 
 use surelight_film::{Display, Film, Metadata, write_exr, write_png};
-use surelight_render::{AdapterChoice, Device, Goal, Integrator, Prepared, Renderer, Settings, render};
+use surelight_prepare::{Integrator, Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, Goal, Renderer, render};
 use surelight_scene::{Environment, LoadOptions};
 
 fn main() -> Result<(), Box<dyn Error>> {

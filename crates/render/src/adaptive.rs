@@ -1,36 +1,45 @@
-//! Which pixels get more samples than others: by how noisy a few samples of each block of the picture are.
+//! Which pixels get more samples than others, by the noise of a pilot: a few samples of each block
+//! of the image.
 //!
-//! For a picture of relative squared error ε² = mean(σ²/(n w)) with Σ n given, n in proportion to σ/√w is best. It is found from samples of
-//! their own, which are thrown away: a picture whose samples decided how many of them there are would be biased.
+//! For an image of relative squared error ε² = mean(σ²/(n w)) with Σ n given, n in proportion to
+//! σ/√w is best. The pilot's samples are thrown away: an image whose samples decide how many of
+//! them there are is biased.
 
 use surelight_film::{Film, MIN_CERTIFIED_SAMPLES, Window};
+use surelight_prepare::{KernelKey, Part, luminance};
 
-use surelight_prepare::luminance;
+use crate::{
+    device::Device,
+    error::RenderError,
+    kernel::{Resource, Resources},
+    noise,
+    upload::Uploader,
+};
 
-use crate::noise;
-
-/// Pixels along a side of a block. Twin of `quarters` in `shaders/kernel/lanes.wesl`.
+/// Pixels along a side of a block, as in `quarters` of `shaders/kernel/lanes.wesl`.
 pub(crate) const BLOCK: u32 = 8;
 
-/// Samples of the shortest batch in which some pixels have fewer than others. Twin of `LEAST_BATCH` there.
-const LEAST_BATCH: u32 = 4;
+/// Samples of the shortest batch in which some pixels have fewer than others, as `LEAST_BATCH`
+/// there.
+const MIN_BATCH: u32 = 4;
 
-/// A whole share, in quarters of a sample for each one that is asked for.
+/// A whole share, in quarters of a sample for each one that is requested.
 const WHOLE: u32 = 4;
 
 /// The greatest share. Simulated on bigscene, 16 samples for one are no better than 8.
-const MOST: u32 = 8 * WHOLE;
+const MAX_SHARE: u32 = 8 * WHOLE;
 
-/// By how much the look must promise to lessen the error, at as many samples.
-const WORTH: f64 = 1.25;
+/// By how much the pilot must promise to lessen the squared error, at as many samples.
+const MIN_GAIN: f64 = 1.25;
 
-/// Batches to judge by, and samples of each: of two, so that what two samples make up for does not count as noise.
-pub(crate) const LOOK: [u32; 2] = [2, 2];
+/// Batches of the pilot, and samples of each: two, so that differences which two samples even out
+/// do not count as noise.
+pub(crate) const PILOT: [u32; 2] = [2, 2];
 
-/// What the picture's seed is changed by while it is looked at.
-pub(crate) const LOOK_SEED: u32 = 0x5bd1_e995;
+/// The pilot's seed is the image's, changed by this.
+pub(crate) const PILOT_SEED: u32 = 0x5bd1_e995;
 
-/// For each block of a picture its share of the samples.
+/// For each block of an image its share of the samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Shares {
     /// In quarters: 1 to 3, or a multiple of 4.
@@ -46,18 +55,20 @@ impl Shares {
         Self { quarters: vec![WHOLE; (across * height.div_ceil(BLOCK)) as usize], across }
     }
 
-    /// In proportion to the noise of a film of the whole picture, from `least` quarters to 8 wholes; a block of mean noise gets one. The same for
-    /// all, where that would not lessen the error by [`WORTH`] at as many samples.
-    pub(crate) fn by_noise(film: &Film, least: u32) -> Self {
+    /// In proportion to the noise of a film of the whole image, from `min` quarters to 8 wholes; a
+    /// block of mean noise gets one. The same for all, where that would not lessen the error by
+    /// [`MIN_GAIN`] at as many samples.
+    pub(crate) fn by_noise(film: &Film, min: u32) -> Self {
         let even = Self::even([film.width(), film.height()]);
         let halves = even.noise(film);
         let blocks = even.quarters.len();
         let sum = |of: &dyn Fn(usize) -> f64| (0..blocks).map(of).sum::<f64>();
         let quarters = |noise: &dyn Fn(usize) -> f64| -> Vec<u32> {
             let usual = (sum(noise) / blocks as f64).max(f64::MIN_POSITIVE);
-            (0..blocks).map(|k| in_quarters(noise(k) / usual).clamp(least, MOST)).collect()
+            (0..blocks).map(|k| in_quarters(noise(k) / usual).clamp(min, MAX_SHARE)).collect()
         };
-        // Blocks that seem noisy by chance alone must not count as a gain: shares by one half of a block's pixels are judged by the other.
+        // Blocks that seem noisy by chance alone must not count as a gain: shares by one half of a
+        // block's pixels are judged by the other.
         let [mut before, mut after] = [0.0; 2];
         for (judged, by) in [(0, 1), (1, 0)] {
             let shares: Vec<f64> = quarters(&|k| halves[k][by]).into_iter().map(f64::from).collect();
@@ -65,13 +76,14 @@ impl Shares {
             before += blocks as f64 * sum(&variance);
             after += sum(&|k| shares[k]) * sum(&|k| variance(k) / shares[k]);
         }
-        if before <= WORTH * after {
+        if before <= MIN_GAIN * after {
             return even;
         }
         Self { quarters: quarters(&|k| halves[k][0].hypot(halves[k][1])), ..even }
     }
 
-    /// For each block the root of its pixels' mean squared noise in relation to what is seen: by every other pixel, and by those between.
+    /// For each block the root of its pixels' mean squared relative noise: by every other pixel,
+    /// and by those between.
     fn noise(&self, film: &Film) -> Vec<[f64; 2]> {
         let means: Vec<f64> = (0..film.pixels().len()).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
         let mut blocks = vec![[(0.0, 0u32); 2]; self.quarters.len()];
@@ -88,10 +100,11 @@ impl Shares {
         (y / BLOCK * self.across + x / BLOCK) as usize
     }
 
-    /// Samples of a pixel of the whole picture in a batch of `samples`, 1 at least. Twin of `samples_of` in `lanes.wesl`.
+    /// Samples of a pixel of the whole image in a batch of `samples`, 1 at least, as by
+    /// `samples_of` in `lanes.wesl`.
     pub(crate) fn samples(&self, [x, y]: [u32; 2], samples: u32) -> u32 {
         let share = self.quarters[self.block(x, y)];
-        if samples >= LEAST_BATCH { samples * share / WHOLE } else { samples * (share / WHOLE).max(1) }
+        if samples >= MIN_BATCH { samples * share / WHOLE } else { samples * (share / WHOLE).max(1) }
     }
 
     /// The mean over a window's pixels.
@@ -102,20 +115,52 @@ impl Shares {
     }
 }
 
-/// A share of noise as quarters of a sample, rounded; in wholes from one on, since batches of any length can be multiplied.
+/// A share of noise as quarters of a sample, rounded; in wholes from one on, since batches of any
+/// length can be multiplied.
 fn in_quarters(share: f64) -> u32 {
     let [quarters, wholes] = [4.0, 1.0].map(|parts| (share * parts).round() as u32);
     if quarters < WHOLE { quarters } else { WHOLE * wholes.max(1) }
 }
 
-/// The least share in quarters when so many samples a pixel are planned: those that a certificate takes are left to every pixel that would
-/// have them otherwise.
-pub(crate) fn least_share(planned: Option<u32>) -> u32 {
+/// The smallest share in quarters when so many samples per pixel are planned: every pixel that
+/// would otherwise have enough for a certificate still has.
+pub(crate) fn min_share(planned: Option<u32>) -> u32 {
     let planned = planned.map_or(MIN_CERTIFIED_SAMPLES, u64::from);
     if planned < MIN_CERTIFIED_SAMPLES {
         1
     } else {
         (u64::from(WHOLE) * MIN_CERTIFIED_SAMPLES).div_ceil(planned) as u32
+    }
+}
+
+/// The shares, and the buffer that the kernel reads them from.
+pub(crate) struct SharesOnDevice {
+    pub(crate) shares: Shares,
+    buffer: wgpu::Buffer,
+}
+
+impl SharesOnDevice {
+    /// Even shares, entered among the resources; `None` where the kernel is not adaptive.
+    pub(crate) fn new(
+        up: &mut Uploader<'_>,
+        resources: &mut Resources,
+        key: &KernelKey,
+        size: [u32; 2],
+    ) -> Result<Option<Self>, RenderError> {
+        use wgpu::BufferUsages as U;
+        if !key.has(Part::Adaptive) {
+            return Ok(None);
+        }
+        let shares = Shares::even(size);
+        let buffer = up.buffer("shares of the samples", &shares.quarters, U::STORAGE | U::COPY_DST)?;
+        resources.insert("quarters".into(), Resource::Buffer(buffer.clone()));
+        Ok(Some(Self { shares, buffer }))
+    }
+
+    /// Changes the shares for later dispatches.
+    pub(crate) fn set(&mut self, device: &Device, shares: Shares) {
+        device.queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&shares.quarters));
+        self.shares = shares;
     }
 }
 
@@ -150,22 +195,23 @@ mod tests {
 
     #[test]
     fn samples_are_in_proportion_to_noise() {
-        // 7 : 1 : 1 : 1, whose mean is 2.5; pictures need not be whole blocks.
+        // 7 : 1 : 1 : 1, whose mean is 2.5; images need not be whole blocks.
         let of = |x, y| if x >= 8 && y < 8 { 0.007 } else { 0.001 };
         let shares = Shares::by_noise(&film([13, 11], 7.0, of), 1);
         assert_eq!(shares.quarters, [2, 12, 2, 2], "2.8 is rounded to 3, 0.4 to 0.5");
         let pixels = f64::from(13 * 11);
         assert_eq!(shares.mean(&Window::all(13, 11)), (0.5 * pixels + 2.5 * f64::from(5 * 8)) / pixels);
         assert_eq!(shares.mean(&Window::crop([13, 11], [7, 6, 9, 9]).unwrap()), (4.0 * 0.5 + 2.0 * 3.0) / 6.0);
-        // No less than asked for.
+        // No less than the minimum.
         assert_eq!(Shares::by_noise(&film([13, 11], 7.0, of), 3).quarters, [3, 12, 3, 3]);
         // One of 36, and some without noise: as many as may be, and as few.
         let one = |x, y| if x < 8 && y >= 40 { 0.1 } else { 0.001 * (x / 8) as f32 };
         let one = quarters(&film([48, 48], 1.0, one));
-        assert_eq!((one[30], one[0]), (MOST, 1));
+        assert_eq!((one[30], one[0]), (MAX_SHARE, 1));
     }
 
-    /// Noise that is found in one pixel of a block, and not in its neighbours, says nothing about the block.
+    /// Noise that is found in one pixel of a block, and not in its neighbours, says nothing about
+    /// the block.
     #[test]
     fn chance_is_no_gain() {
         let specks = |x: u32, y: u32| if x % 5 == 1 && y % 7 == 2 { 0.1 } else { 0.001 };
@@ -187,18 +233,19 @@ mod tests {
 
     #[test]
     fn what_could_be_certified_still_can() {
-        assert_eq!([Some(16), Some(255)].map(least_share), [1, 1]);
+        assert_eq!([Some(16), Some(255)].map(min_share), [1, 1]);
         for planned in 256..3000 {
-            let least = least_share(Some(planned));
-            assert!(planned * least / WHOLE >= 256, "{planned}");
-            assert!(least == 1 || planned * (least - 1) / WHOLE < 256, "{planned}");
+            let min = min_share(Some(planned));
+            assert!(planned * min / WHOLE >= 256, "{planned}");
+            assert!(min == 1 || planned * (min - 1) / WHOLE < 256, "{planned}");
         }
-        assert_eq!(least_share(None), WHOLE);
+        assert_eq!(min_share(None), WHOLE);
     }
 
     #[test]
     fn the_dark_does_not_decide() {
-        // Left a thousandth as bright as right, and as noisy in relation: next to nothing of what is seen.
+        // Left a thousandth as bright as right, and with the same relative noise: a negligible
+        // share of the image.
         let mut film = Film::new(16, 8);
         let all: Vec<u32> = (0..128).collect();
         for k in [1.0, 1.5] {

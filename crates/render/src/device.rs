@@ -18,10 +18,10 @@ pub enum AdapterChoice {
     Name(String),
 }
 
-/// Read-only arrays that a scene may have: the bindings of group 0 save the view.
+/// Read-only arrays that a scene may have: the bindings of group 0 except the view.
 const SCENE_ARRAYS: u32 = 14;
 
-/// What is known about an adapter before it is opened.
+/// Properties of an adapter.
 #[derive(Clone, Debug)]
 pub struct AdapterInfo {
     /// Device name.
@@ -38,7 +38,7 @@ pub struct AdapterInfo {
     pub max_binding: u64,
     /// Texels along a side of an image.
     pub max_image_side: u32,
-    /// Whether it takes the time of its own work, by timestamp queries.
+    /// Whether it measures the time of its own work, by timestamp queries.
     pub timestamps: bool,
 }
 
@@ -151,7 +151,8 @@ impl Device {
             *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(message)
         });
         let sink = lost.clone();
-        // Without a handler an uncaptured error panics; every call of ours stands in an error scope, so this is a last net.
+        // Without a handler an uncaptured error panics; every call of ours is in an error scope, so
+        // this is a last resort.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(error.to_string());
         }));
@@ -160,8 +161,8 @@ impl Device {
         Ok(Self { device, queue, info, limits, images, lost })
     }
 
-    /// Chooses where kernels read the scene from: images or buffers. Pictures are the same; it is for measurements. Images are only chosen
-    /// where a kernel can have enough of them.
+    /// Chooses where kernels read the scene from, for measurements: images or buffers. The image
+    /// that is rendered is the same. Images are only chosen where a kernel can have enough of them.
     #[must_use]
     pub fn with_images(self, images: bool) -> Self {
         let images = images && self.limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS;
@@ -196,7 +197,8 @@ impl Device {
         }
     }
 
-    /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is done.
+    /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is
+    /// done.
     pub(crate) fn read<T>(
         &self,
         buffer: &wgpu::Buffer,
@@ -219,7 +221,8 @@ impl Device {
         Ok(value)
     }
 
-    /// Reads `size` bytes of a buffer from `start` on, as records, by way of a buffer that can be mapped.
+    /// Reads `size` bytes of a buffer from `start` on, as records, by way of a buffer that can be
+    /// mapped.
     pub(crate) fn fetch<T: AnyBitPattern + NoUninit>(
         &self,
         buffer: &wgpu::Buffer,

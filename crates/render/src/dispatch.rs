@@ -1,15 +1,16 @@
-//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and the check that none is lost.
+//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and
+//! the check that none is lost.
 
 use std::time::{Duration, Instant};
 
 use bytemuck::NoUninit;
 
 use crate::{
+    counts::{Counts, Monitor},
     device::Device,
     error::RenderError,
     kernel::{Kernel, Resource, Resources},
     pass::Control,
-    schedule::{Counts, Observer},
     stopwatch::{self, Stopwatch},
     upload::Uploader,
 };
@@ -17,18 +18,19 @@ use crate::{
 /// Bytes of the record that a dispatch reports with.
 const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
 
-/// A dispatch should last about this long: long enough to be efficient, short enough that no watchdog bites.
-const SHORTEST: Duration = Duration::from_millis(50);
-pub(crate) const LONGEST: Duration = Duration::from_millis(200);
+/// How long a dispatch should last: long enough to be efficient, too short for any watchdog.
+const MIN_DURATION: Duration = Duration::from_millis(50);
+pub(crate) const MAX_DURATION: Duration = Duration::from_millis(200);
 
 /// Loop iterations a lane may start a step within.
 ///
-/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run eight lanes in step and count for
-/// all of them together: each lane keeps to its budget, so the eight take at most 8 · 4,096 iterations before the last
-/// step, and that one at most the walk's own limit of 32,768.
-const LEAST_BUDGET: u32 = 64;
+/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run
+/// eight lanes in step and count for all of them together: each lane keeps to its budget, so the
+/// eight take at most 8 · 4,096 iterations before the last step, and that one at most the limit of
+/// a traversal, 32,768.
+const MIN_BUDGET: u32 = 64;
 const FIRST_BUDGET: u32 = 512;
-const MOST_BUDGET: u32 = 4096;
+const MAX_BUDGET: u32 = 4096;
 
 /// Runs kernels that report to one control record.
 pub(crate) struct Dispatcher<'a> {
@@ -39,7 +41,7 @@ pub(crate) struct Dispatcher<'a> {
 }
 
 impl<'a> Dispatcher<'a> {
-    /// Makes the control record, and names it among what kernels are bound to.
+    /// Makes the control record, and enters it among the resources.
     pub(crate) fn new(
         device: &'a Device,
         up: &mut Uploader<'_>,
@@ -53,8 +55,8 @@ impl<'a> Dispatcher<'a> {
         Ok(Self { device, control, readback, stopwatch: Stopwatch::new(device)? })
     }
 
-    /// One dispatch over a pass, which is written to a buffer first, and its seconds by the device's clock; afterwards every workgroup must
-    /// have reported.
+    /// Writes a pass to its buffer and dispatches over it: its report, and its seconds by the
+    /// device's clock. Every workgroup must have reported.
     pub(crate) fn run<P: NoUninit>(
         &self,
         kernel: &Kernel,
@@ -89,59 +91,59 @@ impl<'a> Dispatcher<'a> {
     }
 }
 
-/// A kernel whose work is done slice by slice: a lane that has used up its budget of loop iterations goes on in the next dispatch.
-pub(crate) struct Sliced {
-    kernel: Kernel,
+/// Dispatches a kernel slice by slice: a lane that has used up its budget of loop iterations
+/// continues in the next dispatch.
+pub(crate) struct Slices {
     pass_buffer: wgpu::Buffer,
-    /// What its lanes' finished work counts as.
+    /// The count of the lanes' finished work.
     counted: fn(&mut Counts) -> &mut u64,
     budget: u32,
+    /// How long a dispatch should last, at least and at most.
     durations: [Duration; 2],
 }
 
-impl Sliced {
-    /// A dispatch should last no longer than `longest`.
-    pub(crate) fn new(
-        kernel: Kernel,
-        pass_buffer: wgpu::Buffer,
-        counted: fn(&mut Counts) -> &mut u64,
-        longest: Duration,
-    ) -> Self {
-        Self { kernel, pass_buffer, counted, budget: FIRST_BUDGET, durations: [SHORTEST, longest] }
+impl Slices {
+    /// A dispatch should last no longer than `max_duration`.
+    pub(crate) fn new(pass_buffer: wgpu::Buffer, counted: fn(&mut Counts) -> &mut u64, max_duration: Duration) -> Self {
+        Self { pass_buffer, counted, budget: FIRST_BUDGET, durations: [MIN_DURATION, max_duration] }
     }
 
-    /// How long a dispatch should last, at least and at most, as far as the work left and the limits of the budget let it.
-    pub(crate) fn set_durations(&mut self, least: Duration, most: Duration) {
-        self.durations = [least, most];
+    /// How long a dispatch should last, at least and at most, as far as the remaining work and the
+    /// limits of the budget allow.
+    pub(crate) fn set_durations(&mut self, min: Duration, max: Duration) {
+        self.durations = [min, max];
     }
 
     /// Drivers compile at the first dispatch: one over a pass that has nothing to do.
     pub(crate) fn warm_up<P: NoUninit>(
         &self,
         dispatcher: &Dispatcher<'_>,
+        kernel: &Kernel,
         workgroups: u32,
         pass: &P,
     ) -> Result<(), RenderError> {
-        dispatcher.run(&self.kernel, workgroups, &self.pass_buffer, pass)?;
+        dispatcher.run(kernel, workgroups, &self.pass_buffer, pass)?;
         Ok(())
     }
 
-    /// Dispatches until no lane has work left, over what `pass` makes of a budget and of whether lanes start anew (1) or go on (0). Counts
-    /// what is done, and returns how much was finished; `None` when the observer stopped it.
+    /// Dispatches until no lane has work left. `pass` makes the pass of a budget and of whether
+    /// lanes start anew (1) or continue (0). Counts the work, and returns how much was finished;
+    /// `None` when the observer stopped it.
     pub(crate) fn run<P: NoUninit>(
         &mut self,
         dispatcher: &Dispatcher<'_>,
+        kernel: &Kernel,
         workgroups: u32,
         pass: impl Fn(u32, u32) -> P,
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<Option<u64>, RenderError> {
         let (mut restart, mut finished) = (1, 0);
         loop {
             let started = Instant::now();
             let slice = pass(self.budget, restart);
-            let (report, on_device) = dispatcher.run(&self.kernel, workgroups, &self.pass_buffer, &slice)?;
+            let (report, on_device) = dispatcher.run(kernel, workgroups, &self.pass_buffer, &slice)?;
             let duration = started.elapsed();
+            let counts = &mut *monitor.counts;
             counts.device_seconds += on_device.unwrap_or(duration.as_secs_f64());
             counts.trace_seconds += duration.as_secs_f64();
             counts.dispatches += 1;
@@ -152,7 +154,7 @@ impl Sliced {
             finished += u64::from(report.paths);
             restart = 0;
             self.adapt(duration, report.unfinished > 0);
-            if !observer(counts) {
+            if !(monitor.observer)(monitor.counts) {
                 return Ok(None);
             }
             if report.unfinished == 0 {
@@ -161,13 +163,14 @@ impl Sliced {
         }
     }
 
-    /// Takes a larger budget after a short dispatch, if it was not short for want of work, and a smaller one after a long one.
+    /// Doubles the budget after a short dispatch that left work over, and halves it after a long
+    /// one.
     fn adapt(&mut self, duration: Duration, work_is_left: bool) {
-        let [shortest, longest] = self.durations;
-        if duration < shortest && work_is_left {
-            self.budget = (2 * self.budget).min(MOST_BUDGET);
-        } else if duration > longest {
-            self.budget = (self.budget / 2).max(LEAST_BUDGET);
+        let [min, max] = self.durations;
+        if duration < min && work_is_left {
+            self.budget = (2 * self.budget).min(MAX_BUDGET);
+        } else if duration > max {
+            self.budget = (self.budget / 2).max(MIN_BUDGET);
         }
     }
 }

@@ -15,10 +15,10 @@ pub enum RenderError {
         "no graphics adapter was found: install a Vulkan, Metal or DX12 driver (on Linux, ./setup.sh installs a software one)"
     )]
     NoAdapter,
-    /// None that was asked for.
+    /// None that was requested.
     #[error("no adapter matches \"{wanted}\"; there is: {available}")]
     UnknownAdapter {
-        /// What was asked for.
+        /// The requested name or index.
         wanted: String,
         /// Names of those present.
         available: String,
@@ -47,7 +47,7 @@ pub enum RenderError {
     Device {
         /// What was being done.
         what: String,
-        /// What it said.
+        /// Its message.
         source: Source,
     },
     /// A resource is larger than the adapter can bind.
@@ -91,7 +91,7 @@ pub enum RenderError {
     TooManyBatches {
         /// Batches requested.
         batches: u32,
-        /// [`crate::Renderer::most_batches`].
+        /// [`crate::Renderer::max_batches`].
         limit: u32,
     },
     /// The film refused what was traced.

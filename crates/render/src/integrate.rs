@@ -1,13 +1,13 @@
-//! Integrals of a user's formula over a box, evaluated on the device in f32: random sampling in independent replicates, and the
-//! grids of quadrature rules. Sums of more than 64 terms are the host's, in f64.
+//! Integrals of a user's formula over a box, evaluated on the device in f32: random sampling in
+//! independent replicates, and the grids of quadrature rules. Sums of more than 64 terms are the
+//! host's, in f64.
 
 mod formula;
+mod grid;
 
 use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
-use surelight_estimate::{Rule, RuleError};
-
 use surelight_prepare::{Constant, KernelKey, PointSet, Sampler, compose_with};
 
 use crate::{
@@ -17,21 +17,22 @@ use crate::{
     upload::Uploader,
 };
 
-pub use self::formula::{Formula, FormulaError, MOST_DIMENSIONS};
+pub use self::formula::{Formula, FormulaError, MAX_DIMENSIONS};
+pub use self::grid::Grid;
 
 const ROOT: &str = "package::kernel::integrate";
 /// Lanes of a workgroup, and samples of a lane: as the shader says.
 const GROUP: u32 = 64;
 const CHUNK: u32 = 64;
 /// Lanes of one dispatch: its results are 8 bytes a lane.
-const MOST_LANES: u32 = 1 << 20;
+const MAX_LANES: u32 = 1 << 20;
 /// A dispatch grows while it is shorter and shrinks where it is longer than this.
 const SHORT: Duration = Duration::from_millis(40);
 const LONG: Duration = Duration::from_millis(200);
 /// Nodes of all axes together.
-const MOST_NODES: usize = 1 << 24;
+const MAX_NODES: usize = 1 << 24;
 
-/// Twin of `Task` in `shaders/kernel/integrate.wesl`.
+/// As `Task` in `shaders/kernel/integrate.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 struct Task {
@@ -43,7 +44,7 @@ struct Task {
     stream: u32,
     seed: u32,
     unused: u32,
-    low: [[f32; 4]; MOST_DIMENSIONS],
+    low: [[f32; 4]; MAX_DIMENSIONS],
 }
 
 /// A formula on a box, compiled for a device.
@@ -56,16 +57,16 @@ pub struct Integrand<'a> {
     nodes: wgpu::Buffer,
     results: wgpu::Buffer,
     readback: wgpu::Buffer,
-    /// Lanes that the last dispatches of either kind bore well.
+    /// Lanes of a dispatch, adapted to how long the last ones took.
     lanes: u32,
 }
 
-/// What sampling found.
+/// The results of sampling.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sampled {
     /// The integral by each replicate: independent, of equal distribution.
     pub replicates: Vec<f64>,
-    /// Means of up to 64 samples, times the volume: what a test of the tail looks at. At most 2^18 of them.
+    /// Means of up to 64 samples, times the volume, for a test of the tail. At most 2^18 of them.
     pub chunks: Vec<f64>,
     /// Values that were not finite, counted as 0.
     pub non_finite: u64,
@@ -73,34 +74,24 @@ pub struct Sampled {
     pub evaluations: u64,
 }
 
-/// What a quadrature rule found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
-    /// The integral.
-    pub estimate: f64,
-    /// Values that were not finite, counted as 0.
-    pub non_finite: u64,
-    /// Evaluations of the formula.
-    pub evaluations: u64,
-}
-
 /// Chunk means that are kept.
-const MOST_CHUNKS: u32 = 1 << 18;
+const MAX_CHUNKS: u32 = 1 << 18;
 
 impl<'a> Integrand<'a> {
-    /// Compiles the formula for each sampler. `bounds`: from and to of each dimension, as many as the formula has.
+    /// Compiles the formula for each sampler. `bounds`: from and to of each dimension, as many as
+    /// the formula has.
     pub fn new(
         device: &'a Device,
         formula: &Formula,
         bounds: &[[f64; 2]],
-        most_nodes: usize,
+        max_nodes: usize,
     ) -> Result<Self, RenderError> {
         use wgpu::BufferUsages as U;
         assert_eq!(formula.dimensions(), bounds.len(), "a formula and a box of different dimensions");
         let mut up = Uploader::new(device);
-        let bytes = u64::from(MOST_LANES) * 8;
+        let bytes = u64::from(MAX_LANES) * 8;
         let task = up.buffer("the task", &[Task::default()], U::UNIFORM | U::COPY_DST)?;
-        let nodes = up.zeros("nodes", 4 * most_nodes.clamp(64, MOST_NODES) as u64, U::STORAGE | U::COPY_DST)?;
+        let nodes = up.zeros("nodes", 4 * max_nodes.clamp(64, MAX_NODES) as u64, U::STORAGE | U::COPY_DST)?;
         let results = up.zeros("the results", bytes, U::STORAGE | U::COPY_SRC)?;
         let readback = up.zeros("the results' copy", bytes, U::MAP_READ | U::COPY_DST)?;
         let mut resources = Resources::new();
@@ -142,8 +133,9 @@ impl<'a> Integrand<'a> {
         self.bounds.iter().map(|[a, b]| b - a).product()
     }
 
-    /// Estimates the integral by `replicates` independent sets of `samples` points each. The points are a pure function of
-    /// sampler, replicate, index and seed; `first_replicate` numbers the first. Fewer than 2^38 points in all.
+    /// Estimates the integral by `replicates` independent sets of `samples` points each. The points
+    /// are a pure function of sampler, replicate, index and seed; `first_replicate` numbers the
+    /// first. Fewer than 2^38 points in all.
     pub fn sample(
         &mut self,
         sampler: Sampler,
@@ -154,7 +146,7 @@ impl<'a> Integrand<'a> {
     ) -> Result<Sampled, RenderError> {
         let chunks = samples.div_ceil(CHUNK);
         let volume = self.volume();
-        let mut low = [[0.0; 4]; MOST_DIMENSIONS];
+        let mut low = [[0.0; 4]; MAX_DIMENSIONS];
         for (low, [a, b]) in low.iter_mut().zip(&self.bounds) {
             *low = [*a as f32, (b - a) as f32, 0.0, 0.0];
         }
@@ -162,7 +154,7 @@ impl<'a> Integrand<'a> {
         let mut sums = vec![0.0; replicates as usize];
         let mut found = Sampled { evaluations: u64::from(replicates) * u64::from(samples), ..Sampled::default() };
         let total = replicates.saturating_mul(chunks);
-        let stride = total.div_ceil(MOST_CHUNKS);
+        let stride = total.div_ceil(MAX_CHUNKS);
         let mut first = 0;
         while first < total {
             let count = self.lanes.min(total - first);
@@ -186,70 +178,6 @@ impl<'a> Integrand<'a> {
         Ok(found)
     }
 
-    /// The tensor product of a rule with `points` a dimension; fewer than 2^32 in all.
-    ///
-    /// # Errors
-    /// Where the rule does not exist (the inner error) or the device fails.
-    pub fn grid(&mut self, rule: Rule, points: usize) -> Result<Result<Grid, RuleError>, RenderError> {
-        let dimensions = self.bounds.len();
-        let nodes = match rule.nodes(points) {
-            Ok(nodes) => nodes,
-            Err(error) => return Ok(Err(error)),
-        };
-        let total = u32::try_from(dimensions).ok().and_then(|d| (points as u64).checked_pow(d));
-        let Some(total) = total.filter(|&t| t <= u64::from(u32::MAX) && points * dimensions <= MOST_NODES) else {
-            return Ok(Err(RuleError::TooMany { points, dimensions }));
-        };
-        let axes: Vec<Vec<f32>> = self
-            .bounds
-            .iter()
-            .map(|[a, b]| nodes.iter().map(|(x, _)| (0.5 * (a + b) + 0.5 * (b - a) * x) as f32).collect())
-            .collect();
-        let (mut sum, mut non_finite) = (0.0, 0);
-        let scale = self.volume() / 2f64.powi(dimensions as i32);
-        self.nodes(&axes, total as u32, &mut |first, values| {
-            // Indices of the first node on all axes; then counted on.
-            let mut digits = vec![0; dimensions];
-            let mut rest = first as usize;
-            for digit in &mut digits {
-                *digit = rest % points;
-                rest /= points;
-            }
-            for value in values {
-                if value.is_finite() {
-                    sum += f64::from(*value) * digits.iter().map(|&d| nodes[d].1).product::<f64>();
-                } else {
-                    non_finite += 1;
-                }
-                for digit in &mut digits {
-                    *digit += 1;
-                    if *digit < points {
-                        break;
-                    }
-                    *digit = 0;
-                }
-            }
-        })?;
-        Ok(Ok(Grid { estimate: sum * scale, non_finite, evaluations: total }))
-    }
-
-    /// Values at all nodes, in runs: number of the first, values.
-    fn nodes(&mut self, axes: &[Vec<f32>], total: u32, take: &mut dyn FnMut(u32, &[f32])) -> Result<(), RenderError> {
-        self.device
-            .scoped("nodes", || self.device.queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&axes.concat())))?;
-        let samples = axes[0].len() as u32;
-        let mut first = 0;
-        while first < total {
-            let count = self.lanes.min(total - first);
-            let (values, seconds) =
-                self.run(&self.nodes_kernel, &Task { first, count, samples, ..Task::default() }, count)?;
-            take(first, &values);
-            first += count;
-            self.adapt(count, seconds);
-        }
-        Ok(())
-    }
-
     /// One dispatch: its results and how long it took.
     fn run(&self, kernel: &Kernel, task: &Task, floats: u32) -> Result<(Vec<f32>, Duration), RenderError> {
         let (device, size) = (self.device, u64::from(floats) * 4);
@@ -269,7 +197,7 @@ impl<'a> Integrand<'a> {
         if time > LONG {
             self.lanes = (self.lanes / 2).max(GROUP);
         } else if time < SHORT && count == self.lanes {
-            self.lanes = (2 * self.lanes).min(MOST_LANES);
+            self.lanes = (2 * self.lanes).min(MAX_LANES);
         }
     }
 }
@@ -283,7 +211,7 @@ mod tests {
 
     #[test]
     fn every_dimension_composes_and_the_task_is_laid_out_alike() {
-        for dimensions in 1..=MOST_DIMENSIONS as u32 {
+        for dimensions in 1..=MAX_DIMENSIONS as u32 {
             let formula = Formula::new(&format!("x{} * e - 2 * pi", dimensions - 1), dimensions as usize).unwrap();
             let constants = [Constant { name: "DIMENSIONS", value: dimensions }];
             let more = Some(("package::integrand", formula.module().0));

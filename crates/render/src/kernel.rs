@@ -35,7 +35,7 @@ pub enum Checks {
     /// Loops are bounded, accesses are not checked: our own shaders keep to their buffers.
     #[default]
     Trusted,
-    /// All of WebGPU's checks; tests prove that pictures are the same, bit for bit.
+    /// All of WebGPU's checks; tests prove that images are the same, bit for bit.
     Full,
 }
 
@@ -122,11 +122,12 @@ fn shader_module(device: &wgpu::Device, wgsl: &str, checks: Checks) -> wgpu::Sha
     match checks {
         Checks::Full => device.create_shader_module(source),
         Checks::Trusted => {
-            // Loops stay bounded: drivers may assume that an unbounded one ends, and miscompile what follows.
+            // Loops stay bounded: drivers may assume that an unbounded one ends, and miscompile
+            // what follows.
             let checks = wgpu::ShaderRuntimeChecks { bounds_checks: false, ..wgpu::ShaderRuntimeChecks::checked() };
-            // SAFETY: the source is composed from this project's own modules alone. Every index in them is below the length of
-            // its buffer because the host sizes buffers and records together; a test renders scenes with full checks and
-            // finds the same bits.
+            // SAFETY: the source is composed from this project's own modules alone. Every index in
+            // them is below the length of its buffer because the host sizes buffers and records
+            // together; a test renders scenes with full checks and finds the same bits.
             unsafe { device.create_shader_module_trusted(source, checks) }
         }
     }

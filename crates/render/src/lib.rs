@@ -1,50 +1,53 @@
 //! Traces light paths on the device: upload, specialised kernels, progressive loop.
 //!
-//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH and decides what the kernel
-//! must contain, [`Renderer::new`] composes and compiles it and uploads the scene, [`render`] traces until a [`Goal`] is met. Who is in a
-//! hurry compiles while the BVH is built: [`Prepared::with_work`], [`Ahead::compile`], [`Renderer::with_kernel`].
+//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH
+//! and decides what the kernel contains, [`Renderer::new`] composes and compiles it and uploads the
+//! scene, [`render`] traces until a [`Goal`] is reached. To compile while the BVH is built:
+//! [`Prepared::with_work`], [`PrecompiledKernel::compile`], [`Renderer::with_kernel`].
+//!
+//! [`Prepared::new`]: surelight_prepare::Prepared::new
+//! [`Prepared::with_work`]: surelight_prepare::Prepared::with_work
 
+mod accumulator;
 mod adaptive;
-mod ahead;
+mod counts;
 mod device;
 mod dispatch;
 mod error;
+pub mod instrument;
 mod integrate;
 mod kernel;
+mod kernel_set;
+mod lanes;
+mod layouts;
 mod noise;
+mod pacing;
 mod particles;
 mod pass;
 mod precise;
+mod precompiled;
 mod probe;
-mod progression;
 mod progressive;
 mod renderer;
-mod resources;
-mod schedule;
-mod standing;
+mod resume;
+mod sampling;
+mod scene_on_device;
 mod stopwatch;
+mod tile;
 mod trial;
-mod twins;
 mod upload;
 
-pub use ahead::Ahead;
+pub use counts::{Counts, Observer};
 pub use device::{AdapterChoice, AdapterInfo, Device};
 pub use error::RenderError;
-pub use integrate::{Formula, FormulaError, Grid, Integrand, MOST_DIMENSIONS, Sampled};
+pub use integrate::{Formula, FormulaError, Grid, Integrand, MAX_DIMENSIONS, Sampled};
 pub use kernel::Checks;
+pub use layouts::host_layouts;
+pub use pacing::{CheckpointSink, Outcome, Progress, Watch};
+pub use precompiled::PrecompiledKernel;
 pub use probe::{Probe, run_probe};
-pub use progression::{Keeper, Outcome, Progress, Watch};
 pub use progressive::{Goal, render, render_from};
 pub use renderer::Renderer;
-pub use schedule::{Counts, Observer};
-pub use standing::Standing;
+pub use resume::ResumeState;
+pub use sampling::{BatchSizes, End, FinishedPass, NextPass, PassVisitor, Position, Schedule, sample, sample_batches};
 pub use trial::{Trial, best_trial, judge_trials};
-pub use twins::host_layouts;
-
-// What is rendered is part of this crate's interface.
-pub use surelight_prepare::{
-    ActiveClipPlanes, Blueprint, CameraModel, Composed, Constant, Directions, EnvironmentKind, Estimator, Instrument,
-    Integrator, KernelKey, KeyError, Origin, Part, Parts, PathReuse, PointSet, PrepareError, Prepared, RecordLayout,
-    Row, Sampler, Settings, TABLE, Unreachable, compose, compose_modules, material_fields, may_have_caustics,
-    path_kernel, shader_modules, sheen_albedos,
-};

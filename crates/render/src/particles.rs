@@ -1,29 +1,31 @@
-//! Particles from the lights: runs the light tracing kernel over a batch and brings what they left in pixels to the batch's sums.
+//! Particles from the lights: runs the light tracing kernel over a batch and adds the particles'
+//! contributions to the batch's sums.
 //!
-//! A batch sends out a particle for every few samples of all pixels of the whole image, whatever part of it is traced: they are
-//! numbered by the image, and what lands outside of the part is dropped. Sums are of integers, so that neither the order of particles nor
-//! crops, tiles and interruptions change a bit.
+//! A batch emits a particle for every few samples of all pixels of the whole image, whatever crop
+//! is traced: they are numbered by the image, and those that land outside of the crop are dropped.
+//! Sums are of integers, so that neither the order of particles nor crops, tiles and interruptions
+//! change a bit.
 
 use std::time::Instant;
 
 use bytemuck::{Pod, Zeroable};
-use surelight_film::BatchSum;
-
-use surelight_prepare::{KernelKey, Prepared, RecordLayout, compose};
+use surelight_film::{BatchSum, Window};
+use surelight_prepare::{KernelKey, LightTracing, RecordLayout};
 
 use crate::{
+    accumulator::{TileSums, lost_samples},
     adaptive::Shares,
+    counts::Monitor,
     device::Device,
-    dispatch::{Dispatcher, LONGEST, Sliced},
+    dispatch::{Dispatcher, MAX_DURATION, Slices},
     error::RenderError,
-    kernel::{Checks, Kernel, Resource, Resources},
-    pass::{EmissionPass, GROUP, Run, Tile},
-    schedule::{Counts, Observer},
+    kernel::{Kernel, Resource, Resources},
+    kernel_set::CompiledShader,
+    lanes::driver_threads,
+    pass::{BatchRange, EmissionPass, GROUP},
+    tile::Tile,
     upload::{MIB, Uploader},
 };
-
-/// Root module of the light tracing kernel.
-pub(crate) const EMIT_KERNEL: &str = "package::kernel::light_tracing";
 
 /// Particles of one sequence, at most about: they are numbered by 32 bits.
 const SEQUENCE: u64 = 1 << 31;
@@ -31,16 +33,18 @@ const SEQUENCE: u64 = 1 << 31;
 /// Particles traced at once by a GPU.
 const GPU_LANES: u32 = 1 << 18;
 /// By each thread of a CPU driver.
-const CPU_LANES_A_THREAD: u32 = 1 << 9;
+const CPU_LANES_PER_THREAD: u32 = 1 << 9;
 
-/// Units of the sums that a particle of the usual flux brings to a pixel, and the root of those of squares.
+/// Units of the sums that a particle of the usual flux contributes to a pixel, and the root of
+/// those of squares.
 const UNITS: f64 = (1u32 << 20) as f64;
 const ROOT_UNITS: f64 = (1u32 << 12) as f64;
 
 /// Bytes read at once.
 const READ_BYTES: u64 = 1 << 24;
 
-/// What a batch's particles left in a pixel. The kernel's is an array of words in this order.
+/// The contribution of a batch's particles to a pixel. The kernel's is an array of words in this
+/// order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 struct Splat {
@@ -52,43 +56,42 @@ struct Splat {
 
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 
-/// The light tracing kernel with its buffers.
+/// The buffers of light tracing, and how its particles are counted.
 pub(crate) struct Particles {
-    sliced: Sliced,
+    slices: Slices,
     splats: wgpu::Buffer,
     readback: wgpu::Buffer,
     /// Pixels that `splats` has room for.
     room: u64,
     lanes: u32,
     threads: u32,
-    /// Pixels of the whole picture.
+    /// Pixels of the whole image.
     size: [u32; 2],
-    one_scramble: bool,
-    /// What a particle of the usual flux brings to a pixel.
-    usual: f64,
-    /// Of every so many samples of a pixel one sends out a particle.
+    one_sequence: bool,
+    /// Contribution of a particle of the usual flux to a pixel.
+    usual_contribution: f64,
+    /// Samples of all pixels for which one particle per pixel is emitted.
     samples_per_particle: u64,
 }
 
 impl Particles {
-    /// `None` where no light is traced from the lights. Also gives the kernel's WGSL.
+    /// Makes the buffers for an image of `size` pixels, and enters them among the resources.
     pub(crate) fn new(
         device: &Device,
         up: &mut Uploader<'_>,
-        prepared: &Prepared,
-        key: &KernelKey,
         resources: &mut Resources,
-        threads: u32,
-        checks: Checks,
-    ) -> Result<Option<(Self, String)>, RenderError> {
+        key: &KernelKey,
+        compiled: &CompiledShader,
+        tracing: &LightTracing,
+        size: [u32; 2],
+    ) -> Result<Self, RenderError> {
         use wgpu::BufferUsages as U;
-        let Some(tracing) = prepared.light_tracing() else { return Ok(None) };
-        let shader = compose(EMIT_KERNEL, key, &prepared.constants())?;
-        let [width, height] = prepared.view().size.map(u64::from);
+        let [width, height] = size.map(u64::from);
         let room = (width * height).min(device.info.max_binding / SPLAT_BYTES).max(1);
-        let wanted = if device.info.is_cpu { CPU_LANES_A_THREAD.saturating_mul(threads) } else { GPU_LANES };
-        let lanes = wanted.next_multiple_of(GROUP * threads);
-        let particle_bytes = RecordLayout::of(&shader, "Particle").map_or(256, |l| l.span);
+        let threads = driver_threads(device);
+        let lanes = if device.info.is_cpu { CPU_LANES_PER_THREAD.saturating_mul(threads) } else { GPU_LANES };
+        let lanes = lanes.next_multiple_of(GROUP * threads);
+        let particle_bytes = RecordLayout::of(&compiled.shader, "Particle").map_or(256, |l| l.span);
         let pass = up.buffer("the pass of particles", &[EmissionPass::default()], U::UNIFORM | U::COPY_DST)?;
         let particles = up.zeros("particles", u64::from(lanes) * u64::from(particle_bytes), U::STORAGE)?;
         let splats = up.zeros("particles' sums", room * SPLAT_BYTES, U::STORAGE | U::COPY_SRC | U::COPY_DST)?;
@@ -97,25 +100,23 @@ impl Particles {
         for (name, buffer) in [("emission_pass", &pass), ("particles", &particles), ("splats", &splats)] {
             resources.insert(name.into(), Resource::Buffer(buffer.clone()));
         }
-        let kernel = Kernel::new(device, &shader, "trace_particles", checks, resources)?;
-        let particles = Self {
-            sliced: Sliced::new(kernel, pass, |counts| &mut counts.particles, LONGEST),
+        Ok(Self {
+            slices: Slices::new(pass, |counts| &mut counts.particles, MAX_DURATION),
             splats,
             readback,
             room,
             lanes,
             threads,
-            size: prepared.view().size,
-            one_scramble: key.is_one_sequence(),
-            usual: tracing.usual,
+            size,
+            one_sequence: key.is_one_sequence(),
+            usual_contribution: tracing.usual,
             samples_per_particle: tracing.samples_per_particle.into(),
-        };
-        Ok(Some((particles, shader.wgsl)))
+        })
     }
 
-    /// What a unit of the sums stands for, and of the sums of squares.
+    /// The value of a unit of the sums, and of the sums of squares.
     fn units(&self) -> [f64; 2] {
-        [self.usual / UNITS, (self.usual / ROOT_UNITS).powi(2)]
+        [self.usual_contribution / UNITS, (self.usual_contribution / ROOT_UNITS).powi(2)]
     }
 
     /// A batch's pass over some of one sequence's particles.
@@ -124,42 +125,42 @@ impl Particles {
             corner: tile.corner,
             size: tile.size,
             lanes: self.lanes,
-            worth: (1.0 / self.a_sample() as f64) as f32,
-            quantum: (UNITS / self.usual) as f32,
-            square_quantum: (ROOT_UNITS / self.usual) as f32,
+            worth: (1.0 / self.per_sample() as f64) as f32,
+            quantum: (UNITS / self.usual_contribution) as f32,
+            square_quantum: (ROOT_UNITS / self.usual_contribution) as f32,
             ..EmissionPass::default()
         }
     }
 
-    /// Particles that one sample of every pixel sends out.
-    fn a_sample(&self) -> u64 {
+    /// Particles emitted for one sample of every pixel.
+    fn per_sample(&self) -> u64 {
         (u64::from(self.size[0]) * u64::from(self.size[1])).div_ceil(self.samples_per_particle)
     }
 
     /// Has the driver compile.
-    pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>) -> Result<(), RenderError> {
+    pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>, kernel: &Kernel) -> Result<(), RenderError> {
         let lanes = GROUP * self.threads;
         let pass = EmissionPass { size: [1, 1], lanes, restart: 1, ..EmissionPass::default() };
-        self.sliced.warm_up(dispatcher, lanes / GROUP, &pass)
+        self.slices.warm_up(dispatcher, kernel, lanes / GROUP, &pass)
     }
 
-    /// Sends out the particles of a run, and adds what they leave to the sums of tiles, which hold batch after batch. Returns false when
-    /// the observer stopped it.
+    /// Traces the particles of some batches and adds their contributions to the sums of tiles.
+    /// Returns false when the observer stopped it.
     pub(crate) fn trace(
         &mut self,
         dispatcher: &Dispatcher<'_>,
-        run: Run,
+        kernel: &Kernel,
+        range: BatchRange,
         shares: Option<&Shares>,
-        results: &mut [(Tile, Vec<BatchSum>)],
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        traced: &mut [TileSums],
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<bool, RenderError> {
         // Tiles are bands of one width, from the top: as many of them at once as there is room for.
-        let mut rest = results;
-        while let Some((first, _)) = rest.first() {
+        let mut rest = traced;
+        while let Some(TileSums { tile: first, .. }) = rest.first() {
             let (corner, width) = (first.corner, first.size[0]);
             let mut rows = 0;
-            let fits = |(tile, _): &&(Tile, Vec<BatchSum>)| {
+            let fits = |TileSums { tile, .. }: &&TileSums| {
                 rows += u64::from(tile.size[1]);
                 (tile.corner[0], tile.size[0]) == (corner[0], width) && u64::from(width) * rows <= self.room
             };
@@ -177,18 +178,18 @@ impl Particles {
             }
             let (now, later) = rest.split_at_mut(count);
             rest = later;
-            let height = now.iter().map(|(tile, _)| tile.size[1]).sum();
+            let height = now.iter().map(|sums| sums.tile.size[1]).sum();
             let band = Tile { corner, size: [width, height], side: 1 };
-            for k in 0..run.batches {
-                if !self.trace_batch(dispatcher, &band, run, k, counts, observer)? {
+            for k in 0..range.batches {
+                if !self.trace_batch(dispatcher, kernel, &band, range, k, monitor)? {
                     return Ok(false);
                 }
                 let began = Instant::now();
                 let splats = self.read_splats(dispatcher.device, band.size)?;
-                counts.read_seconds += began.elapsed().as_secs_f64();
-                for (tile, sums) in now.iter_mut() {
+                monitor.counts.read_seconds += began.elapsed().as_secs_f64();
+                for TileSums { tile, sums, .. } in now.iter_mut() {
                     let share = |pixel: [u32; 2]| {
-                        shares.map_or(1.0, |s| f64::from(s.samples(pixel, run.samples)) / f64::from(run.samples))
+                        shares.map_or(1.0, |s| f64::from(s.samples(pixel, range.samples)) / f64::from(range.samples))
                     };
                     self.add_splats(&band, &splats, share, tile, sums, k as usize)?;
                 }
@@ -197,37 +198,36 @@ impl Particles {
         Ok(true)
     }
 
-    /// The particles of one batch, the `k`th of a run.
+    /// The particles of one batch, the `k`th of some.
     fn trace_batch(
         &mut self,
         dispatcher: &Dispatcher<'_>,
+        kernel: &Kernel,
         band: &Tile,
-        run: Run,
+        range: BatchRange,
         k: u32,
-        counts: &mut Counts,
-        observer: &mut Observer<'_>,
+        monitor: &mut Monitor<'_, '_>,
     ) -> Result<bool, RenderError> {
         dispatcher.device.clear(&self.splats, None)?;
-        let Run { first_batch, samples, .. } = run;
-        let (replicate, first_sample) =
-            if self.one_scramble { (0, first_batch + k * samples) } else { (first_batch + k, 0) };
-        let a_sample = self.a_sample();
+        let BatchRange { first, samples, .. } = range;
+        let (replicate, first_sample) = if self.one_sequence { (0, first + k * samples) } else { (first + k, 0) };
+        let per_sample = self.per_sample();
         // Samples of a pixel in one sequence.
-        let each = (SEQUENCE / a_sample).clamp(1, u64::from(u32::MAX)) as u32;
-        let length = (u64::from(samples.min(each)) * a_sample).min(u64::from(u32::MAX)) as u32;
+        let each = (SEQUENCE / per_sample).clamp(1, u64::from(u32::MAX)) as u32;
+        let length = (u64::from(samples.min(each)) * per_sample).min(u64::from(u32::MAX)) as u32;
         let batch = EmissionPass { replicate, length, ..self.pass_of(band) };
         let mut sample = first_sample;
         let end = first_sample + samples;
         while sample < end {
             let (sequence, at) = (sample / each, sample % each);
             let these = (each - at).min(end - sample);
-            let count = (u64::from(these) * a_sample) as u32;
-            let first = (u64::from(at) * a_sample) as u32;
+            let count = (u64::from(these) * per_sample) as u32;
+            let first = (u64::from(at) * per_sample) as u32;
             let slice = |budget, restart| EmissionPass { sequence, first, count, budget, restart, ..batch };
-            match self.sliced.run(dispatcher, self.lanes / GROUP, slice, counts, observer)? {
+            match self.slices.run(dispatcher, kernel, self.lanes / GROUP, slice, monitor)? {
                 None => return Ok(false),
                 Some(done) if done != u64::from(count) => {
-                    let message = format!("{done} of {count} particles came to their end");
+                    let message = format!("{done} of {count} particles were traced to their end");
                     return Err(RenderError::LostWork { message });
                 }
                 Some(_) => sample += these,
@@ -236,7 +236,7 @@ impl Particles {
         Ok(true)
     }
 
-    /// What the last batch left in a band's pixels, row after row.
+    /// The contributions of the last batch to a band's pixels, row after row.
     fn read_splats(&self, device: &Device, size: [u32; 2]) -> Result<Vec<Splat>, RenderError> {
         let end = u64::from(size[0]) * u64::from(size[1]) * SPLAT_BYTES;
         let step = self.readback.size() / SPLAT_BYTES * SPLAT_BYTES;
@@ -250,7 +250,7 @@ impl Particles {
         Ok(splats)
     }
 
-    /// Adds what a batch's particles left to the sums that a tile's paths have brought.
+    /// Adds a batch's particles to the sums of a tile's paths.
     fn add_splats(
         &self,
         band: &Tile,
@@ -263,16 +263,17 @@ impl Particles {
         let lanes = tile.lanes(self.threads);
         let [unit, square_unit] = self.units();
         let wide = |[low, high]: [u32; 2]| f64::from(high) * 4_294_967_296.0 + f64::from(low);
-        let of_band = surelight_film::Window { whole: self.size, corner: band.corner, size: band.size };
+        let of_band = Window { whole: self.size, corner: band.corner, size: band.size };
         let batch = sums.iter_mut().skip(batch * lanes as usize);
         for (sum, pixel) in batch.zip(tile.pixels(lanes, &of_band)) {
             let Some(splat) = splats.get(pixel as usize) else { continue };
             if !sum.is_written() {
-                return Err(RenderError::LostWork { message: "some pixels lack samples after a pass".into() });
+                return Err(lost_samples());
             }
             let [red, green, blue, squares] = splat.sums;
             let squares = if squares[1] == u32::MAX { f64::INFINITY } else { wide(squares) * square_unit };
-            // A pixel of more samples than others has a larger sum, of which particles are the same part.
+            // A pixel of more samples than others has a larger sum, of which particles are the same
+            // part.
             let share = share([band.corner[0] + pixel % band.size[0], band.corner[1] + pixel / band.size[0]]);
             let largest = (share * f64::from(f32::from_bits(splat.largest))) as f32;
             let splat = [red, green, blue].map(|c| share * wide(c) * unit);

@@ -1,12 +1,11 @@
-//! What the host and the kernel tell each other about a pass.
+//! Records that host and kernels exchange about a pass.
 
 use bytemuck::{Pod, Zeroable};
-use surelight_film::Window;
 
 /// Pixels of a workgroup: 8 × 8.
 pub(crate) const GROUP: u32 = 64;
 
-/// Twin of `Pass` in `shaders/kernel/lanes.wesl`.
+/// As `Pass` in `shaders/kernel/lanes.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct Pass {
@@ -22,7 +21,14 @@ pub(crate) struct Pass {
     pub(crate) walks: u32,
 }
 
-/// Twin of `EmissionPass` in `shaders/kernel/emit.wesl`.
+impl Pass {
+    /// A pass that starts no sample. Drivers compile at the first dispatch.
+    pub(crate) fn warm_up(threads: u32) -> Self {
+        Self { size: [8, 8], samples: 1, lanes: GROUP * threads, threads, restart: 1, walks: 1, ..Self::default() }
+    }
+}
+
+/// As `EmissionPass` in `shaders/kernel/emit.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct EmissionPass {
@@ -42,7 +48,7 @@ pub(crate) struct EmissionPass {
     pub(crate) unused: u32,
 }
 
-/// Twin of `Control` in `shaders/kernel/lanes.wesl`.
+/// As `Control` in `shaders/kernel/lanes.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct Control {
@@ -54,7 +60,7 @@ pub(crate) struct Control {
     pub(crate) truncated: u32,
 }
 
-/// Twin of `Feature` in `shaders/kernel/features.wesl`.
+/// As `Feature` in `shaders/kernel/features.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub(crate) struct FeaturePixel {
@@ -66,72 +72,11 @@ pub(crate) struct FeaturePixel {
 
 /// Whole batches of samples of every pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Run {
-    /// Number of the first batch; with one scramble, of its first sample.
-    pub(crate) first_batch: u32,
+pub(crate) struct BatchRange {
+    /// Number of the first batch; with one sequence, of its first sample.
+    pub(crate) first: u32,
     /// Batches.
     pub(crate) batches: u32,
-    /// Samples a batch.
+    /// Samples per pixel in each.
     pub(crate) samples: u32,
-}
-
-/// Most lanes that stand side by side: their states must fit a binding.
-const WIDEST: u32 = 1 << 16;
-
-/// A rectangle of pixels that is traced at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Tile {
-    pub(crate) corner: [u32; 2],
-    pub(crate) size: [u32; 2],
-    /// Pixels along a side of the square that a lane works on: 1 or 2.
-    pub(crate) side: u32,
-}
-
-impl Tile {
-    /// Cuts a rectangle into bands, each of at most about `most_lanes` lanes: a row of blocks at least, but where that is more than
-    /// [`WIDEST`]. Squares lie on a grid from the image's corner.
-    pub(crate) fn bands(corner: [u32; 2], size: [u32; 2], most_lanes: u32, side: u32) -> Vec<Self> {
-        let end = [0, 1].map(|axis| corner[axis] + size[axis]);
-        let corner = corner.map(|c| c / side * side);
-        let group = 8 * side;
-        let width = group * (end[0] - corner[0]).div_ceil(group).min(WIDEST / GROUP);
-        let height = group * (most_lanes / GROUP / (width / group)).max(1);
-        let steps = |axis: usize, step: u32| (corner[axis]..end[axis]).step_by(step as usize);
-        steps(1, height)
-            .flat_map(|y| steps(0, width).map(move |x| [x, y]))
-            .map(|at| Self { corner: at, size: [width.min(end[0] - at[0]), height.min(end[1] - at[1])], side })
-            .collect()
-    }
-
-    /// Lanes, with the workgroups rounded up to a multiple of the driver's threads.
-    pub(crate) fn lanes(&self, threads: u32) -> u32 {
-        let blocks = self.size[0].div_ceil(8 * self.side) * self.size[1].div_ceil(8 * self.side);
-        blocks.next_multiple_of(threads) * GROUP
-    }
-
-    /// For each lane the pixels it works on, as indices into the film; `u32::MAX` where there is none.
-    /// Twin of `lane_of` in `shaders/kernel/lanes.wesl`, whose states are in order of blocks.
-    pub(crate) fn pixels(&self, lanes: u32, film: &Window) -> Vec<u32> {
-        let across = self.size[0].div_ceil(8 * self.side);
-        let of_lane = self.side * self.side;
-        (0..lanes * of_lane)
-            .map(|slot| {
-                let (lane, k) = (slot / of_lane, slot % of_lane);
-                let (block, local) = (lane / GROUP, lane % GROUP);
-                let x = (local & 1) | ((local >> 1) & 2) | ((local >> 2) & 4);
-                let y = ((local >> 1) & 1) | ((local >> 2) & 2) | ((local >> 3) & 4);
-                let at = [
-                    self.side * ((block % across) * 8 + x) + (k & 1),
-                    self.side * ((block / across) * 8 + y) + (k >> 1),
-                ];
-                let whole = [0, 1].map(|axis| self.corner[axis] + at[axis]);
-                let inside = (0..2).all(|axis| {
-                    at[axis] < self.size[axis]
-                        && whole[axis] >= film.corner[axis]
-                        && whole[axis] < film.corner[axis] + film.size[axis]
-                });
-                if inside { (whole[1] - film.corner[1]) * film.size[0] + whole[0] - film.corner[0] } else { u32::MAX }
-            })
-            .collect()
-    }
 }

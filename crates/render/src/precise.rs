@@ -1,98 +1,104 @@
-//! Tracing until error bars are narrow enough, without fooling oneself.
+//! Tracing until error bars are narrow enough, with a valid confidence.
 //!
-//! Who looks at an error bar again and again and stops when it pleases, stops when it happens to be too narrow. Here the number of
-//! samples does not depend on those that count:
+//! A render that checks an error bar after every sample and stops when it is narrow enough stops
+//! when it happens to be too narrow (optional stopping). Here the number of samples does not depend
+//! on those in the film:
 //!
-//! - a *pilot* of 64 samples a pixel tells how many are needed, and is thrown away;
-//! - that many are traced, 256 at least, and looked at: once, and nearly at the confidence asked for;
-//! - where the pilot was too hopeful, the number is doubled as often as it takes. Look k has
-//!   the confidence 1 − α_k with Σ α_k ≤ α: 4/5 of α for the first, 1/5 · 2^(1−k) of it for each further one. By the union bound the promise holds at
-//!   whichever look it ends (Bonferroni; the spending of α as in group-sequential tests, Lan & DeMets 1983).
+//! - a *pilot* of 64 samples per pixel estimates how many are needed, and is thrown away;
+//! - that many are traced, 256 at least, and checked once, at nearly the requested confidence;
+//! - where the pilot was too optimistic, the number is doubled as often as necessary. Check k has
+//!   the confidence 1 − α_k with Σ α_k ≤ α: 4/5 of α for the first, 1/5 · 2^(1−k) of it for each
+//!   further one. By the union bound the confidence holds at whichever check it ends (Bonferroni;
+//!   the spending of α as in group-sequential tests, Lan & DeMets 1983).
 
 use surelight_film::{Film, Precision};
-
 use surelight_prepare::Batches;
 
 use crate::{
     error::RenderError,
-    progression::{Outcome, Progression, Watch},
+    pacing::{Outcome, Progression, Watch},
+    sampling::Position,
 };
 
-/// Samples a pixel after which even a picture that is not precise enough ends, unless the goal names another number.
-const MOST_SPP: u32 = 1 << 16;
+/// Samples per pixel after which even an image that is not precise enough ends, unless the goal
+/// names another number.
+const MAX_SPP: u32 = 1 << 16;
 
-/// Fewer are never believed: a pixel whose light comes one time in a hundred must have been hit.
-const LEAST_SPP: u32 = 256;
+/// Samples per pixel before the first check: a pixel that one path in a hundred finds light from
+/// must have been lit.
+const MIN_SPP: u32 = 256;
 
 /// Batches of the pilot, and the samples of each.
 const PILOT: [u32; 2] = [16, 4];
 
-/// The pilot's batches have numbers that no render comes to, so its samples are others.
+/// The pilot's batches have numbers that no render reaches, so its samples are others.
 const PILOT_BATCH: u32 = 1 << 31;
 
-/// Of the time there is, what the pilot may take.
-const PILOT_TIME: f64 = 0.125;
+/// The share of the remaining time that the pilot may take.
+const PILOT_TIME_SHARE: f64 = 0.125;
 
-/// On what the pilot says, since it may be wrong by chance.
+/// A factor on the estimate of the pilot, which is noisy.
 const MARGIN: f64 = 1.1;
 
-/// Of all that may go wrong, the share that look `k` (from 0) may.
+/// The share of α that check `k` (from 0) spends.
 fn spent(k: i32) -> f64 {
     if k == 0 { 0.8 } else { 0.2 * 0.5f64.powi(k) }
 }
 
-/// Traces until the precision is reached or `most_spp`, time or the observer end it.
+/// Traces until the precision is reached or `max_spp`, time or the observer end it.
 pub(crate) fn render(
     progression: &mut Progression<'_, '_, '_>,
     film: &mut Film,
     precision: &Precision,
-    most_spp: Option<u32>,
+    max_spp: Option<u32>,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
-    let most = most_spp.unwrap_or(MOST_SPP);
-    let found = match progression.found {
+    let max = max_spp.unwrap_or(MAX_SPP);
+    let found = match progression.pacing.found {
         Some(found) => found,
         None => {
-            let Some(wanted) = pilot(progression, film, precision, observer)? else {
-                // Interrupted before there was anything: one sample a pixel is better than no picture.
+            let Some(needed) = pilot(progression, film, precision, observer)? else {
+                // Interrupted before there was anything: one sample per pixel is better than no
+                // image.
                 progression.plan = Batches { planned: Some(1) };
                 progression.advance(film, Some(1), &mut |_| true)?;
                 return Ok(Outcome::Interrupted);
             };
-            let first = (wanted.max(f64::from(LEAST_SPP)) as u32).min(most);
-            // Sixteen batches at least in the time there is, and whole ones only: short ones make intervals wider.
-            let affordable = progression.affordable_spp().map_or(first, |spp| first.min(spp));
+            let first = (needed.max(f64::from(MIN_SPP)) as u32).min(max);
+            // At least sixteen batches in the remaining time, and whole ones only: short ones widen
+            // intervals.
+            let affordable = progression.pacing.affordable_spp().map_or(first, |spp| first.min(spp));
             let full = Batches { planned: Some(affordable) }.full(0);
             [affordable, first.div_ceil(full).saturating_mul(full)]
         }
     };
-    progression.found = Some(found);
+    progression.pacing.found = Some(found);
     progression.plan = Batches { planned: Some(found[0]) };
-    let first = found[1].min(most);
+    let first = found[1].min(max);
     let mut until = first;
-    for look in 0.. {
-        // An earlier run has looked here before it went on, and was not content.
-        if progression.spp > until && until < most {
-            until = first.saturating_mul(1 << (look + 1).min(31)).min(most);
+    for check in 0.. {
+        // An earlier run has checked here and continued.
+        if progression.position.sample > until && until < max {
+            until = first.saturating_mul(1 << (check + 1).min(31)).min(max);
             continue;
         }
         if let Some(outcome) = progression.advance(film, Some(until), observer)? {
             return Ok(outcome);
         }
-        let here = Precision { confidence: 1.0 - (1.0 - precision.confidence) * spent(look), ..*precision };
+        let here = Precision { confidence: 1.0 - (1.0 - precision.confidence) * spent(check), ..*precision };
         let reach = here.reach(film, &film.certify());
         if here.is_reached(&reach) {
             return Ok(Outcome::Done);
         }
-        if until >= most {
+        if until >= max {
             break;
         }
-        until = first.saturating_mul(1 << (look + 1).min(31)).min(most);
+        until = first.saturating_mul(1 << (check + 1).min(31)).min(max);
     }
     Ok(Outcome::SamplesUp)
 }
 
-/// Samples a pixel that the precision will take; `None` where the observer stopped it.
+/// Samples per pixel that the precision needs; `None` where the observer stopped it.
 fn pilot(
     progression: &mut Progression<'_, '_, '_>,
     film: &Film,
@@ -105,24 +111,28 @@ fn pilot(
         // Which pixels light can reach.
         found.set_features(features.clone())?;
     }
-    let standing = progression.standing();
-    (progression.pilot, progression.batch, progression.spp) = (true, PILOT_BATCH, 0);
+    let position = progression.position;
+    progression.pacing.is_pilot = true;
+    progression.position = Position { sample: 0, batch: PILOT_BATCH };
     progression.plan = Batches { planned: Some(batches) };
-    // Single samples first: by their time the rest is chosen.
+    // Single samples first: their time decides the size of the others.
     let mut outcome = progression.advance(&mut found, Some(2), observer)?;
-    let began = progression.started.elapsed().as_secs_f64() / 2.0;
-    let affordable = progression.seconds_left().map_or(f64::INFINITY, |left| PILOT_TIME * left / began.max(1e-6));
+    let began = progression.pacing.started.elapsed().as_secs_f64() / 2.0;
+    let affordable =
+        progression.pacing.seconds_left().map_or(f64::INFINITY, |left| PILOT_TIME_SHARE * left / began.max(1e-6));
     let each = samples.min((affordable / f64::from(batches)) as u32).max(1);
     if outcome.is_none() {
         progression.plan = Batches { planned: Some(batches * each) };
         outcome = progression.advance(&mut found, Some(batches * each), observer)?;
     }
-    let spp = progression.spp;
-    (progression.pilot, progression.batch, progression.spp) = (false, standing.batch, standing.next);
+    let spp = progression.position.sample;
+    progression.pacing.is_pilot = false;
+    progression.position = position;
     match outcome {
         Some(Outcome::Interrupted) => Ok(None),
         _ => {
-            let narrowed = precision.half_width(&found, &found.reachable()) / precision.error;
+            let reachable = found.reachable();
+            let narrowed = precision.half_width(&found, &reachable, &reachable) / precision.error;
             Ok(Some(MARGIN * f64::from(spp) * narrowed * narrowed))
         }
     }
@@ -133,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_looks_together_spend_no_more_than_there_is() {
+    fn all_checks_together_spend_no_more_than_alpha() {
         let all: f64 = (0..60).map(spent).sum();
         assert!(all <= 1.0 && all > 0.999, "{all}");
     }

@@ -1,5 +1,5 @@
-//! Runs a shader module of one's own over a prepared scene: single modules of the renderer can then be asked what they do,
-//! with the very data and bindings that the path kernel has.
+//! Runs a test's own entry point over a prepared scene: single modules of the renderer can be
+//! tested with the very data and bindings that the path kernel has.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
@@ -8,8 +8,8 @@ use surelight_prepare::{Prepared, compose};
 use crate::{
     device::Device,
     error::RenderError,
-    kernel::{Checks, Kernel, Resource},
-    resources::scene_resources,
+    kernel::{Checks, Kernel, Resource, Resources},
+    scene_on_device::SceneOnDevice,
     upload::Uploader,
 };
 
@@ -18,8 +18,9 @@ const GROUP: usize = 64;
 
 /// An entry point over a prepared scene, one lane a query, 64 to a workgroup along x.
 ///
-/// Its module declares `queries`, a read-only storage array, and `results`, a read-write one, wherever the scene's modules
-/// bind nothing; it may import anything that the scene's features have.
+/// Its module declares `queries`, a read-only storage array, and `results`, a read-write one,
+/// wherever the scene's modules bind nothing; it may import every module that the scene's kernel
+/// has.
 pub struct Probe<'a> {
     device: &'a Device,
     kernel: Kernel,
@@ -30,10 +31,12 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so many results.
+    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so
+    /// many results.
     ///
     /// # Errors
-    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups are the most.
+    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups
+    /// are the most.
     pub fn new<Q: NoUninit, R: AnyBitPattern>(
         device: &'a Device,
         prepared: &Prepared,
@@ -46,20 +49,19 @@ impl<'a> Probe<'a> {
         let key = prepared.key().on_images(device.reads_images());
         let shader = compose(root, &key, &prepared.constants())?;
         let mut up = Uploader::new(device);
-        let mut resources = scene_resources(&mut up, prepared, &key, &shader)?;
-        let view = up.buffer("the view", &[prepared.view()], U::UNIFORM)?;
+        let mut resources = Resources::new();
+        SceneOnDevice::upload(&mut up, &mut resources, prepared, &key, &shader)?;
         let size = (results * size_of::<R>()) as u64;
         let input = up.buffer("the queries", queries, U::STORAGE | U::COPY_DST)?;
         let output = up.zeros("the results", size, U::STORAGE | U::COPY_SRC)?;
         let readback = up.zeros("the results' copy", size, U::MAP_READ | U::COPY_DST)?;
-        resources.insert("view".into(), Resource::Buffer(view));
         resources.insert("queries".into(), Resource::Buffer(input.clone()));
         resources.insert("results".into(), Resource::Buffer(output.clone()));
         let kernel = Kernel::new(device, &shader, entry, checks, &resources)?;
         Ok(Self { device, kernel, input, output, readback, workgroups: queries.len().div_ceil(GROUP) as u32 })
     }
 
-    /// Asks something else: as many queries as before, or fewer.
+    /// Sets other queries: as many as before, or fewer.
     pub fn ask<Q: NoUninit>(&self, queries: &[Q]) {
         self.device.queue.write_buffer(&self.input, 0, bytemuck::cast_slice(queries));
     }
@@ -80,10 +82,10 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// Asks an entry point of `root` once, all accesses checked: [`Probe`].
+/// Runs an entry point of `root` once with all accesses checked: [`Probe`].
 ///
 /// # Errors
-/// Likewise.
+/// As [`Probe::new`] and [`Probe::run`].
 pub fn run_probe<Q: NoUninit, R: AnyBitPattern + NoUninit>(
     device: &Device,
     prepared: &Prepared,

@@ -1,33 +1,33 @@
-//! The progressive loop: traces until a goal is met.
+//! Progressive rendering: traces until a goal is reached.
 
 use std::time::Duration;
 
 use surelight_film::{Film, Precision};
-
 use surelight_prepare::Batches;
 
 use crate::{
     error::RenderError,
+    pacing::{CheckpointSink, Outcome, Progression, Watch},
     precise,
-    progression::{Keeper, Outcome, Progression, Watch},
     renderer::Renderer,
-    standing::Standing,
+    resume::ResumeState,
 };
 
-/// When a render is done; whichever comes first.
+/// When a render is done: whichever comes first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
-    /// Samples a pixel; beside a precision, the most that it may take.
+    /// Samples per pixel; beside a precision, the most that it may take.
     pub spp: Option<u32>,
-    /// Of these, the one before which a part of the render ends; without it, all are traced.
+    /// The sample before which a part of the render ends; without it, all are traced.
     pub end: Option<u32>,
-    /// Tracing time.
+    /// Time to trace for.
     pub time: Option<Duration>,
     /// How narrow error bars must be.
     pub precision: Option<Precision>,
 }
 
-/// Traces until the goal is met, passing by `observer` between dispatches; it returns whether to go on.
+/// Traces until the goal is reached, and calls `observer` between dispatches, which returns whether
+/// to continue.
 ///
 /// `film` must be empty.
 pub fn render(
@@ -36,24 +36,24 @@ pub fn render(
     goal: &Goal,
     observer: &mut Watch<'_>,
 ) -> Result<Outcome, RenderError> {
-    render_from(renderer, film, goal, &mut Standing::default(), observer, None)
+    render_from(renderer, film, goal, &mut ResumeState::default(), observer, None)
 }
 
-/// Likewise, from the position `standing` of another run, whose film it was; the bits are those of a single
-/// run. `standing` is updated, also on errors: it always describes the film.
+/// As [`render`], from the state of another run, whose film it was; the bits are those of a single
+/// run. `state` is updated, also on errors: it always describes the film.
 ///
-/// `keeper` is handed the film now and then, to save it.
+/// `sink` receives the film now and then, to save it.
 pub fn render_from(
     renderer: &mut Renderer<'_>,
     film: &mut Film,
     goal: &Goal,
-    standing: &mut Standing,
+    state: &mut ResumeState,
     observer: &mut Watch<'_>,
-    keeper: Option<Keeper<'_>>,
+    sink: Option<CheckpointSink<'_>>,
 ) -> Result<Outcome, RenderError> {
-    let mut progression = Progression::new(renderer, goal.time, *standing, keeper);
+    let mut progression = Progression::new(renderer, goal.time, *state, sink);
     let outcome = trace(&mut progression, film, goal, observer);
-    *standing = progression.standing();
+    *state = progression.resume_state();
     outcome
 }
 
@@ -68,7 +68,7 @@ fn trace(
     } else {
         progression.plan = Batches { planned: goal.spp };
         Ok(match progression.advance(film, goal.end.or(goal.spp), observer)? {
-            // Without another goal, the end of the time is the goal.
+            // Without another goal, time is the goal.
             Some(Outcome::TimeUp) if goal.spp.is_none() => Outcome::Done,
             Some(outcome) => outcome,
             None => Outcome::Done,

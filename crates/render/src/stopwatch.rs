@@ -9,7 +9,8 @@ pub(crate) const BYTES: u64 = 16;
 
 /// Two timestamp queries around a dispatch, on a device that has them.
 ///
-/// The wait for a dispatch includes the way to the device and back; these are taken by the device where the pass begins and ends.
+/// The wait for a dispatch includes the way to the device and back; these are taken by the device
+/// where the pass begins and ends.
 pub(crate) struct Stopwatch {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -55,7 +56,8 @@ impl Stopwatch {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, target, offset, BYTES);
     }
 
-    /// Seconds between two timestamps; `None` where the driver gave none, or a clock that ran backwards.
+    /// Seconds between two timestamps; `None` where the driver gave none, or a clock that ran
+    /// backwards.
     pub(crate) fn seconds(&self, [begun, ended]: [u64; 2]) -> Option<f64> {
         (begun > 0 && ended >= begun).then(|| (ended - begun) as f64 * self.period * 1e-9)
     }

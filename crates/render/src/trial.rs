@@ -1,4 +1,4 @@
-//! Which integrator is the best for a scene, by short, interleaved trials of each.
+//! The best integrator for a scene, by short, interleaved trials of each.
 
 use surelight_film::Film;
 
@@ -6,22 +6,24 @@ use surelight_prepare::{Integrator, luminance};
 
 use crate::noise;
 
-/// How an integrator did.
+/// The result of an integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
-    /// What was tried.
+    /// The integrator.
     pub integrator: Integrator,
-    /// Variance of a sample relative to its pixel's squared mean, averaged over pixels, in luminance.
+    /// Variance of a sample relative to its pixel's squared mean, averaged over pixels, in
+    /// luminance.
     pub variance: f64,
     /// Seconds for one sample of one pixel.
     pub seconds: f64,
-    /// 1/(variance · seconds): what a second buys in accuracy.
+    /// 1/(variance · seconds): accuracy per second.
     pub efficiency: f64,
     /// Relative standard error of the efficiency, from its spread over rounds.
     pub error: f64,
 }
 
-/// How integrators did, by the films of their rounds, each of batches of one sample and all of one view, and by each round's seconds for a sample of a pixel.
+/// The trials of integrators, by the films of their rounds, each of batches of one sample and all
+/// of one view, and by each round's seconds for a sample of a pixel.
 pub fn judge_trials(integrators: &[Integrator], films: &[Vec<Film>], seconds: &[Vec<f64>]) -> Vec<Trial> {
     let weights = weights(films);
     (0..integrators.len()).map(|i| judge(integrators[i], &films[i], &seconds[i], &weights)).collect()
@@ -45,15 +47,15 @@ fn judge(integrator: Integrator, films: &[Film], seconds: &[f64], weights: &[f64
     let variances: Vec<f64> = films.iter().map(variance_of).collect();
     let rounds = variances.len() as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / rounds;
-    let (variance, seconds_a_sample) = (mean(&variances), mean(seconds));
+    let (variance, seconds_per_sample) = (mean(&variances), mean(seconds));
     let costs: Vec<f64> = variances.iter().zip(seconds).map(|(v, s)| v * s).collect();
     let cost = mean(&costs);
     let spread = costs.iter().map(|c| (c - cost).powi(2)).sum::<f64>() / (rounds - 1.0) / rounds;
     let cost = cost.max(f64::MIN_POSITIVE);
-    Trial { integrator, variance, seconds: seconds_a_sample, efficiency: 1.0 / cost, error: spread.sqrt() / cost }
+    Trial { integrator, variance, seconds: seconds_per_sample, efficiency: 1.0 / cost, error: spread.sqrt() / cost }
 }
 
-/// The most efficient, unless `usual` is no worse than by chance: its place in the list.
+/// The place of the most efficient; of `usual`, unless it is significantly worse.
 pub fn best_trial(trials: &[Trial], usual: Integrator) -> Option<usize> {
     let best = (0..trials.len()).max_by(|&a, &b| trials[a].efficiency.total_cmp(&trials[b].efficiency))?;
     let Some(usual) = trials.iter().position(|t| t.integrator == usual) else { return Some(best) };
@@ -84,7 +86,8 @@ mod tests {
 
     #[test]
     fn efficiency_is_that_of_its_definition() {
-        // Single samples 0 and 2: mean 1, variance 2 between two of them, in each of two rounds of 1 and 3 seconds.
+        // Single samples 0 and 2: mean 1, variance 2 between two of them, in each of two rounds of
+        // 1 and 3 seconds.
         let film = || {
             let mut film = Film::new(1, 1);
             for value in [0.0, 2.0] {

@@ -9,11 +9,13 @@ use crate::{device::Device, error::RenderError};
 
 pub(crate) const MIB: u64 = 1 << 20;
 
-/// Fewest bytes of a buffer: a binding must hold at least one record of its type, even where there is none.
-const LEAST_BYTES: usize = 256;
+/// Bytes of a buffer at least: a binding must hold one record of its type, even where there is
+/// none.
+const MIN_BYTES: usize = 256;
 
-/// Rows of an image that has `used` of them at least: never a power of two. Mesa's CPU driver compiles a kernel once more for images whose
-/// height is one where it was none before, and kernels are compiled before heights are known ([`crate::ahead`]).
+/// Rows of an image that uses `used` of them: never a power of two. Mesa's CPU driver compiles a
+/// kernel once more when the height of an image becomes a power of two, and kernels are compiled
+/// before heights are known ([`crate::precompiled`]).
 pub(crate) fn rows_of(used: u32) -> u32 {
     let used = used.max(3);
     if used.is_power_of_two() { used + 1 } else { used }
@@ -41,11 +43,11 @@ impl<'a> Uploader<'a> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(what, bytes.len() as u64, usage)?;
         let mut padded;
-        let contents = if bytes.len() >= LEAST_BYTES && bytes.len().is_multiple_of(4) {
+        let contents = if bytes.len() >= MIN_BYTES && bytes.len().is_multiple_of(4) {
             bytes
         } else {
             padded = bytes.to_vec();
-            padded.resize(bytes.len().max(LEAST_BYTES).next_multiple_of(4), 0);
+            padded.resize(bytes.len().max(MIN_BYTES).next_multiple_of(4), 0);
             &padded
         };
         self.bytes += contents.len() as u64;

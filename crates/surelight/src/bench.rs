@@ -16,7 +16,8 @@ use surelight_bench::{
     read_overlay,
     report::{answer, read_data},
 };
-use surelight_render::{ActiveClipPlanes, Device, Settings, may_have_caustics};
+use surelight_prepare::{ActiveClipPlanes, Settings, may_have_caustics};
+use surelight_render::Device;
 
 use crate::error::Error;
 use crate::parse::Size;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_render::ActiveClipPlanes;
+use surelight_prepare::ActiveClipPlanes;
 use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use crate::error::Error;

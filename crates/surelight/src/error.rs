@@ -123,8 +123,8 @@ pub(crate) enum Error {
     Print(std::io::Error),
 }
 
-impl From<surelight_render::PrepareError> for Error {
-    fn from(error: surelight_render::PrepareError) -> Self {
+impl From<surelight_prepare::PrepareError> for Error {
+    fn from(error: surelight_prepare::PrepareError) -> Self {
         Self::Render(error.into())
     }
 }

@@ -6,7 +6,7 @@ mod contents;
 use std::fmt::{self, Display};
 
 use serde::Serialize;
-use surelight_render::{Origin, Prepared, Row, Settings, TABLE};
+use surelight_prepare::{Origin, Prepared, Row, Settings, TABLE};
 use surelight_scene::Scene;
 
 use crate::error::Error;

@@ -8,7 +8,8 @@ mod report;
 use std::time::Instant;
 
 use surelight_estimate::{Moments, Rule, pareto_k, student_t_half_width};
-use surelight_render::{Device, Formula, Integrand, Sampler};
+use surelight_prepare::Sampler;
+use surelight_render::{Device, Formula, Integrand};
 
 pub(crate) use self::args::IntegrateArgs;
 use self::chart::Series;

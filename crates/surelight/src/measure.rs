@@ -2,47 +2,21 @@
 
 mod args;
 mod report;
+mod sampling;
 mod tally;
 mod view;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use surelight_estimate::{Estimate, student_t_half_width, student_t_quantile};
-use surelight_film::Film;
-use surelight_render::{Device, Prepared, Renderer};
+use surelight_estimate::{Estimate, student_t_half_width};
+use surelight_prepare::Prepared;
+use surelight_render::{Device, Renderer};
 
 pub(crate) use self::args::MeasureArgs;
 use self::report::{Report, Value};
-use self::tally::Tally;
-use self::view::Setup;
+use self::sampling::Measurement;
 use crate::error::Error;
 use crate::{camera, console, light, method, render};
-
-/// Samples of the point, and of each pixel of a region, when nothing says when to stop.
-const DEFAULT_SAMPLES: u32 = 1 << 20;
-const DEFAULT_SPP: u32 = 256;
-
-/// `--error` gives up after this long when there is no `--time`.
-const PATIENCE: Duration = Duration::from_secs(600);
-
-/// Samples of a pixel in a batch: sums on the device are f32.
-const MAX_SAMPLES: u32 = 1024;
-
-/// Minimum number of batches where pixels differ: each pixel's variance comes from its own batches.
-const MIN_BATCHES: u32 = 16;
-
-/// The pilot's samples per pixel, and its batches.
-const PILOT_SAMPLES: u32 = 16;
-const PILOT_BATCHES: u32 = 4;
-
-/// A margin over the pilot's estimate, which is noisy.
-const MARGIN: f64 = 1.05;
-
-/// Shortest time between two lines of progress, seconds.
-const LOG_INTERVAL_SECONDS: f64 = 10.0;
-
-/// Replicates of the pilot are numbered from here, so that its random numbers are not reused.
-const PILOT_FIRST: u32 = 1 << 31;
 
 /// Measures and prints the result; returns whether the target was reached.
 pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
@@ -57,7 +31,7 @@ pub(crate) fn run(args: &MeasureArgs) -> Result<bool, Error> {
     let setup = view::setup(args, &scene, device.info.is_cpu)?;
     let prepared = Prepared::new(&scene, &setup.camera, &setup.settings)?;
     warnings.extend(camera::clipping_warning(&setup.camera, prepared.cut));
-    let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup, batch: 0 };
+    let mut measurement = Measurement { renderer: Renderer::new(&device, &prepared)?, setup };
     let unreachable = prepared.unreachable.clone();
     drop(prepared);
     let plan = measurement.plan(args, start)?;
@@ -154,161 +128,6 @@ fn judge(report: &mut Report) {
         report.stopped = if report.certified { "missed" } else { "unreachable" };
     }
     report.notes.push("± is the error of sampling; f32 rounding may add about 1e-6 of the value".to_owned());
-}
-
-/// How much to trace.
-#[derive(Clone, Copy, Debug)]
-struct Plan {
-    /// Pixels, all of which are sampled.
-    pixels: u64,
-    /// Samples of a pixel in a batch.
-    samples: u32,
-    /// Batches; `u32::MAX` where time alone decides.
-    batches: u32,
-    deadline: Option<Instant>,
-    pilot_samples: u64,
-    /// The reason recorded when the batches are done.
-    end: &'static str,
-}
-
-impl Plan {
-    /// A line of a log: samples done, time left.
-    fn log_progress(&self, batches: u32, seconds: f64) {
-        let samples = |batches: u32| self.pixels as f64 * f64::from(self.samples) * f64::from(batches) / 1e6;
-        let by_number = seconds / f64::from(batches) * f64::from(self.batches - batches);
-        let by_time = self.deadline.map_or(f64::MAX, |d| d.saturating_duration_since(Instant::now()).as_secs_f64());
-        let of = if self.batches == u32::MAX { String::new() } else { format!(" of {:.1}", samples(self.batches)) };
-        console::note(&format!("{:.1}{of} million samples, {:.0} s left", samples(batches), by_number.min(by_time)));
-    }
-}
-
-/// A measurement under way.
-struct Measurement<'a> {
-    renderer: Renderer<'a>,
-    setup: Setup,
-    /// Number of the next batch.
-    batch: u32,
-}
-
-impl Measurement<'_> {
-    /// A separate batch.
-    fn trace(&mut self, samples: u32, tally: &mut Tally, deadline: Option<Instant>) -> Result<bool, Error> {
-        let mut film = Film::new(self.setup.settings.width, self.setup.settings.height);
-        let mut on_time = |_: &surelight_render::Counts| deadline.is_none_or(|d| Instant::now() < d);
-        if !self.renderer.trace(&mut film, self.batch, 1, samples, &mut on_time)? {
-            return Ok(false);
-        }
-        self.batch += 1;
-        tally.add(&film);
-        Ok(true)
-    }
-
-    fn tally(&self) -> Tally {
-        let settings = &self.setup.settings;
-        Tally::new(settings.width as usize * settings.height as usize, self.setup.same_quantity)
-    }
-
-    /// Fixes the number of samples, by a pilot where `--error` or `--time` says when to stop.
-    fn plan(&mut self, args: &MeasureArgs, start: Instant) -> Result<Plan, Error> {
-        let settings = &self.setup.settings;
-        let pixels = u64::from(settings.width) * u64::from(settings.height);
-        let patience = args.time.or(args.error.map(|_| PATIENCE));
-        let deadline = patience.map(|time| start + time);
-        let limited = args.error.is_some() || args.time.is_some();
-        let default = (!limited).then_some(if self.setup.same_quantity { DEFAULT_SAMPLES } else { DEFAULT_SPP });
-        // Samples of each pixel here.
-        let share = if self.setup.same_quantity { pixels } else { u64::from(self.setup.parts) };
-        let samples_requested = args.spp.or(default).map(|spp| u64::from(spp).div_ceil(share).max(1));
-        let least = if self.setup.same_quantity { 1 } else { MIN_BATCHES };
-        let mut plan = Plan { pixels, samples: 1, batches: u32::MAX, deadline, pilot_samples: 0, end: "done" };
-        if !limited {
-            let each = samples_requested.unwrap_or(1);
-            plan.samples = power_of_two(each / u64::from(MIN_BATCHES)).min(MAX_SAMPLES);
-            plan.batches = each.div_ceil(plan.samples.into()).clamp(least.into(), u32::MAX.into()) as u32;
-            return Ok(plan);
-        }
-        let pilot_each = if self.setup.same_quantity { PILOT_SAMPLES } else { (PILOT_SAMPLES / 4).max(1) };
-        let mut pilot = self.tally();
-        self.batch = PILOT_FIRST;
-        let paths_before = self.renderer.counts.paths;
-        let began = Instant::now();
-        for _ in 0..PILOT_BATCHES {
-            self.trace(pilot_each, &mut pilot, None)?;
-        }
-        self.batch = 0;
-        plan.pilot_samples = self.renderer.counts.paths - paths_before;
-        let seconds_per_batch = began.elapsed().as_secs_f64() / f64::from(PILOT_BATCHES);
-        plan.samples = pilot_each;
-        let mut wanted = u64::from(u32::MAX); // batches
-        if let Some(error) = args.error {
-            let found = &pilot.estimates(self.setup.factor)[3];
-            wanted = batches_for(&pilot, found, self.setup.factor, error, args.confidence);
-        } else {
-            // As many batches as there is time for keep the clock; few of more samples are better
-            // stratified.
-            let left = deadline.map_or(0.0, |d| (d - Instant::now().min(d)).as_secs_f64());
-            let fits = (left / 32.0 / seconds_per_batch.max(1e-6)) as u64;
-            plan.samples = power_of_two(fits).saturating_mul(pilot_each).min(MAX_SAMPLES);
-        }
-        if args.error.is_some() {
-            while wanted >= 128 && plan.samples < MAX_SAMPLES {
-                plan.samples *= 2;
-                wanted = wanted.div_ceil(2);
-            }
-        }
-        if let Some(samples_requested) = samples_requested {
-            let most = samples_requested.div_ceil(plan.samples.into());
-            if most < wanted {
-                plan.end = if args.error.is_some() { "samples" } else { "done" };
-                wanted = most;
-            }
-        }
-        plan.batches = wanted.clamp(least.into(), u32::MAX.into()) as u32;
-        Ok(plan)
-    }
-
-    /// Traces until the plan is done or the time is up; one batch at least (where pixels differ,
-    /// two).
-    fn carry_out(&mut self, plan: &Plan) -> Result<(Tally, &'static str), Error> {
-        let mut tally = self.tally();
-        let least = if self.setup.same_quantity { 1 } else { 2 };
-        let began = Instant::now();
-        let mut next = LOG_INTERVAL_SECONDS;
-        while tally.batches() < plan.batches {
-            let seconds = began.elapsed().as_secs_f64();
-            if tally.batches() > 0 && seconds >= next {
-                next = seconds + (seconds / 2.0).max(LOG_INTERVAL_SECONDS);
-                plan.log_progress(tally.batches(), seconds);
-            }
-            let deadline = plan.deadline.filter(|_| tally.batches() >= least);
-            if !self.trace(plan.samples, &mut tally, deadline)? || deadline.is_some_and(|d| Instant::now() >= d) {
-                break;
-            }
-        }
-        let stopped = match tally.batches() == plan.batches {
-            true => plan.end,
-            // With time alone, time is the target.
-            false if plan.batches == u32::MAX && plan.end == "done" => "done",
-            false => "time",
-        };
-        Ok((tally, stopped))
-    }
-}
-
-/// Batches like the pilot's after which the interval is as narrow as requested, conservatively.
-fn batches_for(pilot: &Tally, found: &Estimate, factor: f64, error: f64, confidence: f64) -> u64 {
-    let quantile = student_t_quantile(0.5 + 0.5 * confidence, found.dof.max(1.0));
-    let caution = pilot.cautious_variance(factor);
-    let mean = (found.mean.abs() - quantile * found.variance.sqrt()).max(0.5 * found.mean.abs());
-    if mean == 0.0 || !caution.is_finite() {
-        return u64::from(MIN_BATCHES);
-    }
-    let needed = MARGIN * f64::from(PILOT_BATCHES) * caution * (quantile / (error * mean)).powi(2);
-    (needed.ceil() as u64).max(1)
-}
-
-fn power_of_two(n: u64) -> u32 {
-    if n == 0 { 1 } else { 1 << n.ilog2().min(31) }
 }
 
 fn value(estimate: &Estimate, confidence: f64) -> Value {

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use surelight_film::settings as record;
-use surelight_render as render;
+use surelight_prepare as prepare;
 use surelight_scene::Scene;
 
 use crate::options::heading;
@@ -123,40 +123,40 @@ impl MethodArgs {
     }
 
     /// As the renderer calls it.
-    pub(crate) fn integrator(&self) -> render::Integrator {
+    pub(crate) fn integrator(&self) -> prepare::Integrator {
         match self.integrator {
-            Integrator::Hemisphere => render::Integrator::Hemisphere(match self.directions {
-                Some(Directions::Uniform) => render::Directions::Uniform,
-                Some(Directions::Cosine) => render::Directions::Cosine,
-                Some(Directions::Bsdf) | None => render::Directions::Bsdf,
+            Integrator::Hemisphere => prepare::Integrator::Hemisphere(match self.directions {
+                Some(Directions::Uniform) => prepare::Directions::Uniform,
+                Some(Directions::Cosine) => prepare::Directions::Cosine,
+                Some(Directions::Bsdf) | None => prepare::Directions::Bsdf,
             }),
-            Integrator::Area => render::Integrator::Area,
-            Integrator::Mis => render::Integrator::Mis,
-            Integrator::Auto => render::Integrator::Auto,
-            Integrator::Caustics => render::Integrator::Caustics,
-            Integrator::Whitted => render::Integrator::Whitted,
+            Integrator::Area => prepare::Integrator::Area,
+            Integrator::Mis => prepare::Integrator::Mis,
+            Integrator::Auto => prepare::Integrator::Auto,
+            Integrator::Caustics => prepare::Integrator::Caustics,
+            Integrator::Whitted => prepare::Integrator::Whitted,
         }
     }
 
     /// The same with another integrator.
-    pub(crate) fn with(&self, integrator: render::Integrator) -> Self {
+    pub(crate) fn with(&self, integrator: prepare::Integrator) -> Self {
         let integrator = match integrator {
-            render::Integrator::Hemisphere(_) => Integrator::Hemisphere,
-            render::Integrator::Area => Integrator::Area,
-            render::Integrator::Mis => Integrator::Mis,
-            render::Integrator::Caustics => Integrator::Caustics,
-            render::Integrator::Auto => Integrator::Auto,
-            render::Integrator::Whitted => Integrator::Whitted,
+            prepare::Integrator::Hemisphere(_) => Integrator::Hemisphere,
+            prepare::Integrator::Area => Integrator::Area,
+            prepare::Integrator::Mis => Integrator::Mis,
+            prepare::Integrator::Caustics => Integrator::Caustics,
+            prepare::Integrator::Auto => Integrator::Auto,
+            prepare::Integrator::Whitted => Integrator::Whitted,
         };
         Self { integrator, ..self.clone() }
     }
 
     /// As the renderer calls it.
-    pub(crate) fn sampler(&self) -> render::Sampler {
+    pub(crate) fn sampler(&self) -> prepare::Sampler {
         match self.sampler {
-            Sampler::Independent => render::Sampler::Independent,
-            Sampler::Stratified => render::Sampler::Stratified,
-            Sampler::Sobol => render::Sampler::Sobol,
+            Sampler::Independent => prepare::Sampler::Independent,
+            Sampler::Stratified => prepare::Sampler::Stratified,
+            Sampler::Sobol => prepare::Sampler::Sobol,
         }
     }
 
@@ -277,6 +277,6 @@ mod tests {
             assert!(method(*integrator, None).conflict().is_none());
         }
         let uniform = method(Integrator::Hemisphere, Some(Directions::Uniform)).integrator();
-        assert_eq!(uniform, render::Integrator::Hemisphere(render::Directions::Uniform));
+        assert_eq!(uniform, prepare::Integrator::Hemisphere(prepare::Directions::Uniform));
     }
 }

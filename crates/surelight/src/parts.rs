@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::Args;
 use surelight_film::Window;
-use surelight_render::Standing;
+use surelight_render::ResumeState;
 
 use crate::error::Error;
 use crate::options::heading;
@@ -65,7 +65,7 @@ impl PartArgs {
             ));
         }
         for at in [first, end] {
-            if let Err([below, above]) = Standing::before(at, spp) {
+            if let Err([below, above]) = ResumeState::before(at, spp) {
                 return Some(format!(
                     "'--samples {first}..{end}' cuts a batch in two: of {spp} samples, those next to {at} where a part can begin or end are {below} and {above}"
                 ));
@@ -90,9 +90,9 @@ impl PartArgs {
         }
     }
 
-    /// The first sample of a render that is not resumed.
-    pub(crate) fn start(&self, stop: &StopArgs) -> Standing {
-        let first = self.samples.zip(stop.spp).and_then(|([first, _], spp)| Standing::before(first, spp).ok());
+    /// The state before the first sample of a render that is not resumed.
+    pub(crate) fn start(&self, stop: &StopArgs) -> ResumeState {
+        let first = self.samples.zip(stop.spp).and_then(|([first, _], spp)| ResumeState::before(first, spp).ok());
         first.unwrap_or_default()
     }
 }

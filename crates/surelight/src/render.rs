@@ -13,7 +13,7 @@ use surelight_film::{
     Display, Film, Metadata, PixelMoments, Window, WriteError, encode_exr, encode_png, write_exr, write_png,
     write_png_with_exposure,
 };
-use surelight_render::{Counts, Device, Goal, Keeper, Outcome, Renderer, Standing};
+use surelight_render::{CheckpointSink, Counts, Device, Goal, Outcome, Renderer, ResumeState};
 
 use crate::error::{Error, sentence};
 use crate::exposure::{self, ResolvedExposure};
@@ -42,12 +42,12 @@ struct Finished<'a> {
     record: Record,
     goal: Goal,
     outcome: Outcome,
-    standing: Standing,
-    /// Samples a pixel that come from a checkpoint.
+    state: ResumeState,
+    /// Samples per pixel from a checkpoint.
     resumed_spp: u32,
-    /// What they come from.
+    /// The file that holds them.
     resumed_from: Option<String>,
-    /// The checkpoint that is left.
+    /// The checkpoint, where there is one.
     checkpoint: Option<PathBuf>,
     counts: Counts,
     device_bytes: u64,
@@ -55,7 +55,7 @@ struct Finished<'a> {
     seconds: Seconds,
 }
 
-/// Renders as the options say, writes the images and tells how it went.
+/// Renders as the options say, writes the images and returns a summary.
 pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let start = Instant::now();
     interrupt::listen();
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let inputs: Vec<_> = args.scene.file().into_iter().chain(args.light.env.as_deref()).map(Path::to_owned).collect();
     let mut checkpoint = Checkpoint::beside(&outputs);
     output::check(&outputs.iter().cloned().chain(checkpoint.output()).collect::<Vec<_>>(), &inputs)?;
-    let mut earlier = checkpoint.look(&outputs, args.parts.resume, args.quiet)?;
+    let mut earlier = checkpoint.find(&outputs, args.parts.resume, args.quiet)?;
 
     let mut progress = Progress::new(args.quiet);
     let mut stages = Stages(Instant::now());
@@ -96,11 +96,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     loaded.warnings.extend(args.method.warning(&loaded.scene));
 
     progress.stage("building the BVH of", args.scene.name());
-    let (prepared, ahead) = loaded.prepare(&device, &settings)?;
+    let (prepared, precompiled) = loaded.prepare(&device, &settings)?;
     seconds.bvh = stages.end()?;
 
     progress.stage("compiling the kernel for", args.scene.name());
-    let mut renderer = Renderer::with_kernel(&device, &prepared, ahead)?;
+    let mut renderer = Renderer::with_kernel(&device, &prepared, precompiled)?;
     let method = args.method.with(prepared.integrator);
     let choice = prepared.choice.clone();
     drop(prepared); // the device has its copy
@@ -110,14 +110,15 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     let shared_paths = renderer.key().reuses_paths();
     let mut record = Record::new(args, &method, &loaded, &device, &renderer.wgsl, shared_paths, window);
     check_memory(&window, args.transparent)?;
-    let (mut film, mut standing) = match &earlier {
+    let (mut film, mut state) = match &earlier {
         Some(earlier) => checkpoint.read(earlier, &mut record, args.planned())?,
         None => (Film::of_window(window), args.parts.start(&args.stop)),
     };
-    let resumed_spp = if earlier.is_some() { standing.next - standing.first } else { 0 };
+    let resumed_spp = if earlier.is_some() { state.next - state.first } else { 0 };
     stages.end()?; // of no stage: it counts in the total alone
-    // An .exr shows first hits. They take as long as many samples, so the picture comes first, unless its time is limited or
-    // the stopping rule must know which pixels light can reach. Under an environment that is all of them.
+    // An .exr shows first hits. They take as long as many samples, so the image comes first, unless
+    // its time is limited or the stopping rule needs the pixels that light can reach. Under an
+    // environment that is all of them.
     let shows_features = outputs.iter().any(|output| output.format == Format::Exr);
     let dark_surroundings = loaded.scene.environment.is_none() || args.transparent;
     let features_first =
@@ -134,29 +135,29 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
     let goal = Goal { end: args.parts.samples.map(|[_, end]| end), ..args.stop.goal(start.elapsed()) };
     progress.start_tracing(film.width(), film.height(), &device.info.name, goal);
-    let keeper = Keeper {
+    let sink = CheckpointSink {
         every: args.parts.checkpoint,
-        keep: &mut |film, standing, counts| checkpoint.write(&record, film, standing, counts),
+        save: &mut |film, state, counts| checkpoint.write(&record, film, state, counts),
     };
-    // Once something is in the film, Ctrl-C need not wait: there is an image to write.
+    // Once there are samples in the film, Ctrl-C ends the render: there is an image to write.
     let watch = &mut |status: &surelight_render::Progress| {
         progress.update(status, goal);
         !(interrupt::requested() && status.spp > 0)
     };
-    let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut standing, watch, Some(keeper));
+    let traced = surelight_render::render_from(&mut renderer, &mut film, &goal, &mut state, watch, Some(sink));
     seconds.trace = stages.lap();
-    let metadata = |film: &Film, standing: &Standing, counts: &Counts| {
-        record.metadata(film, standing, counts, args.parts.is_part(&args.stop))
+    let metadata = |film: &Film, state: &ResumeState, counts: &Counts| {
+        record.metadata(film, state, counts, args.parts.is_part(&args.stop))
     };
     let outcome = match traced {
         Ok(outcome) => outcome,
         Err(cause) => {
-            // What is in the film is worth keeping, whatever became of the device.
-            if standing.next > standing.first {
-                // A second failure adds nothing to the message: what was saved says it.
+            // The samples in the film are kept, even where the device is lost.
+            if state.next > state.first {
+                // A second failure adds nothing: the message lists the files that were saved.
                 let display = exposure::choose(args.exposure, args.tonemap, &film, &outputs).display;
-                let _ = write(&outputs, &film, &display, &metadata(&film, &standing, &renderer.counts));
-                checkpoint.write(&record, &film, &standing, &renderer.counts);
+                let _ = write(&outputs, &film, &display, &metadata(&film, &state, &renderer.counts));
+                checkpoint.write(&record, &film, &state, &renderer.counts);
             }
             return Err(Error::Tracing { cause, saved: saved::clause() });
         }
@@ -168,12 +169,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
     }
 
     let exposed = exposure::choose(args.exposure, args.tonemap, &film, &outputs);
-    let metadata = Metadata { exposure: exposed.record(), ..metadata(&film, &standing, &renderer.counts) };
+    let metadata = Metadata { exposure: exposed.record(), ..metadata(&film, &state, &renderer.counts) };
     let mut written = write(&outputs, &film, &exposed.display, &metadata);
     if outcome == Outcome::Done && written.is_ok() {
         checkpoint.remove();
     } else {
-        checkpoint.write(&record, &film, &standing, &renderer.counts);
+        checkpoint.write(&record, &film, &state, &renderer.counts);
     }
     if let Err(Error::Outputs { checkpoint: kept, .. }) = &mut written {
         *kept = checkpoint.kept();
@@ -197,7 +198,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Summary, Error> {
         record,
         goal,
         outcome,
-        standing,
+        state,
         resumed_spp,
         resumed_from: earlier.as_ref().map(checkpoint::Earlier::source),
         checkpoint: (outcome != Outcome::Done).then(|| checkpoint.kept()).flatten(),
@@ -219,17 +220,20 @@ impl Stages {
         (now - std::mem::replace(&mut self.0, now)).as_secs_f64()
     }
 
-    /// The same before anything is traced: Ctrl-C ends the render here, for there is nothing to save yet.
+    /// The same before anything is traced: Ctrl-C ends the render here, for there is nothing to
+    /// save yet.
     fn end(&mut self) -> Result<f64, Error> {
         if interrupt::requested() { Err(Error::Interrupted) } else { Ok(self.lap()) }
     }
 }
 
-/// A sentence where memory does not suffice for a film: running out later would end the program without a word.
+/// An error where memory does not suffice for a film: running out later would end the program
+/// without a message.
 pub(crate) fn check_memory(window: &Window, transparent: bool) -> Result<(), Error> {
-    // Moments, 4 of scratch, the features, and the encoded image with its moments while it is written.
+    // Moments, 4 of scratch, the features, and the encoded image with its moments while it is
+    // written.
     const BYTES_PER_PIXEL: u64 = size_of::<PixelMoments>() as u64 + 4 + 28 + 4 * (17 + 45);
-    // Coverage likewise.
+    // The same for coverage.
     const COVERAGE_BYTES: u64 = 16 + 4 * 4;
     let bytes = window.area() * (BYTES_PER_PIXEL + if transparent { COVERAGE_BYTES } else { 0 });
     let reserved = usize::try_from(bytes).ok().filter(|&bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());

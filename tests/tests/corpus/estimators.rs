@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use surelight_render::{Prepared, Settings};
+use surelight_prepare::{Prepared, Settings};
 use surelight_scene::{LoadOptions, load};
 use surelight_tests::differential::{Tally, compare_estimators};
 use surelight_tests::scenes::map;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use surelight_render::{Prepared, Settings};
+use surelight_prepare::{Prepared, Settings};
 use surelight_scene::{LoadOptions, load_bytes, load_environment};
 use surelight_tests::random::Random;
 

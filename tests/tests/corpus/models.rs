@@ -7,7 +7,8 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2};
 use surelight_film::{Film, Window};
-use surelight_render::{Prepared, Renderer, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::instrument;
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Projection, Scene, load};
 use surelight_tests::render::{Judge, all, device, pooled};
 
@@ -49,7 +50,7 @@ impl Front {
     /// Windows of `size` pixels a side around points, and where their centres truly are.
     fn films(&self, points: &[DVec2], size: u32, samples: u32) -> Vec<(Film, DVec2)> {
         // Few lanes: the windows are small.
-        let mut renderer = Renderer::with_lanes(device(), &self.prepared, 1).unwrap_or_else(|e| panic!("{e}"));
+        let mut renderer = instrument::with_lanes(device(), &self.prepared, 1).unwrap_or_else(|e| panic!("{e}"));
         let scale = f64::from(PIXELS) / (2.0 * self.half);
         let film = |point: &DVec2| {
             let corner = DVec2::new(point.x + self.half, self.half - point.y) * scale - f64::from(size) / 2.0;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use surelight_film::Film;
-use surelight_render::{Prepared, Renderer, Settings};
+use surelight_prepare::{Prepared, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{Environment, LoadOptions, load};
 use surelight_tests::render::{all, device};
 

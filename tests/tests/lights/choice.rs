@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use surelight_estimate::chi_squared_test;
-use surelight_render::{Integrator, Settings};
+use surelight_prepare::{Integrator, Settings};
 use surelight_tests::light::{Query, Sample, probe, random_queries};
 use surelight_tests::render::{ALPHA, prepare};
 use surelight_tests::scenes::map;

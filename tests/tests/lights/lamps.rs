@@ -1,7 +1,7 @@
 //! Lights of every kind for the tests, and a sample's choice among them.
 
 use glam::{DVec3, Vec3};
-use surelight_render::Prepared;
+use surelight_prepare::Prepared;
 use surelight_scene::{Light, LightKind, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::light::{Query, Sample, probe, random_queries};

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{normal_quantile, sidak_level};
-use surelight_render::{Part, Settings};
+use surelight_prepare::{Part, Settings};
 use surelight_tests::light::{Query, Sample, probe, random_queries};
 use surelight_tests::render::{ALPHA, prepare};
 

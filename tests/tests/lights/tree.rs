@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{chi_squared_test, sidak_level};
-use surelight_render::{Part, Settings};
+use surelight_prepare::{Part, Settings};
 use surelight_scene::{Light, LightKind, Material, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::light::{Query, probe};

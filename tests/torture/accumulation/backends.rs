@@ -1,7 +1,8 @@
 //! Case 44: every available device against a path tracer in f64 on the CPU.
 
 use surelight_film::Film;
-use surelight_render::{AdapterChoice, Device, Renderer, Settings};
+use surelight_prepare::Settings;
+use surelight_render::{AdapterChoice, Device, Renderer};
 use surelight_scenes::torture;
 use surelight_tests::path_oracle::PathOracle;
 use surelight_tests::render::prepare;

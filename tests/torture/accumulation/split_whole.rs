@@ -2,7 +2,8 @@
 //! into passes, dispatches and tiles, its bits are the same; with another seed they are not.
 
 use surelight_film::{Film, Window};
-use surelight_render::{Instrument, Prepared, Renderer, Settings};
+use surelight_prepare::{Instrument, Prepared, Settings};
+use surelight_render::{Renderer, instrument};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, bits, device, prepare};
 
@@ -74,7 +75,7 @@ fn split_whole_by_tiles() {
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let whole = passes(&mut renderer, &[BATCHES]);
     for most_lanes in [1, 500, 1000] {
-        let mut tiled = Renderer::with_lanes(device(), &prepared, most_lanes).unwrap_or_else(|e| panic!("{e}"));
+        let mut tiled = instrument::with_lanes(device(), &prepared, most_lanes).unwrap_or_else(|e| panic!("{e}"));
         assert!(tiled.lanes() < renderer.lanes(), "{most_lanes} lanes make no tiles");
         assert!(bits(&passes(&mut tiled, &[BATCHES])) == bits(&whole), "tiles of {most_lanes} lanes differ");
     }
@@ -88,7 +89,7 @@ fn however_often_rays_are_walked() {
     prepared = prepared.instrumented(Instrument::RepeatedTraversal);
     let mut repeating = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     for walks in [1, 3] {
-        repeating.set_walks(walks);
+        instrument::set_traversals_per_ray(&mut repeating, walks);
         let before = repeating.counts;
         assert!(bits(&passes(&mut repeating, &[BATCHES])) == bits(&whole), "{walks} traversals per ray");
         assert!(repeating.counts.device_seconds > before.device_seconds);

@@ -1,7 +1,8 @@
 //! Case 40: however many samples, their mean does not stagnate.
 
 use surelight_film::Film;
-use surelight_render::{Goal, Renderer, Settings, render};
+use surelight_prepare::Settings;
+use surelight_render::{Goal, Renderer, render};
 use surelight_scenes::torture::accumulation::{self, WALL};
 use surelight_tests::render::{device, prepare};
 

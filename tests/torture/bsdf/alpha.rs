@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture::bsdf as scenes;
 use surelight_tests::render::{Judge, render};
 

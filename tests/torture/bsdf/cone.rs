@@ -1,6 +1,6 @@
 //! Total internal reflection: the cone in which the sky is visible from under water.
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture::bsdf::{self as scenes, TIR_HALF_VIEW};
 use surelight_tests::bsdf_oracle::fresnel_exact;
 use surelight_tests::render::render;

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Moments, sidak_level, z_test};
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture;
 use surelight_tests::bsdf::{BsdfProbe, Material, uniforms};
 use surelight_tests::bsdf_oracle::{albedo, fresnel_exact};

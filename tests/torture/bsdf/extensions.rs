@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{Environment, LoadOptions, Scene, load};
 use surelight_scenes::extensions::FILES;
 use surelight_tests::render::{Judge, all, render};

@@ -2,7 +2,7 @@
 //! uniform sky, and mirrors.
 
 use glam::DVec3;
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{Environment, LoadOptions, Material, Scene, Volume, load_bytes};
 use surelight_scenes::{glb, probes, shapes::Shape};
 use surelight_tests::render::{Judge, all, render};

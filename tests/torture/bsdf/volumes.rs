@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 use surelight_accel::Instancing;
-use surelight_render::{Directions, Integrator, Part, Settings};
+use surelight_prepare::{Directions, Integrator, Part, Settings};
 use surelight_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Volume, Wrap,
 };

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use surelight_film::Film;
-use surelight_render::{ActiveClipPlanes, Part, Prepared, Renderer, Settings};
+use surelight_prepare::{ActiveClipPlanes, Part, Prepared, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{Camera, ClipRange, Environment, LoadOptions, Material, Scene, load_bytes};
 use surelight_scenes::{glb, shapes::Shape};
 use surelight_tests::render::{all, bits, device, prepare, trace};

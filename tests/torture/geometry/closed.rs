@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use surelight_accel::Instancing;
 use surelight_film::Film;
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::Scene;
 use surelight_scenes::torture::{self, geometry};
 use surelight_tests::render::{all, prepare, render, trace};

@@ -1,7 +1,7 @@
 //! Cases 14 and 18: triangles without area or number, and triangles in the same place.
 
 use surelight_accel::Skipped;
-use surelight_render::{Integrator, Settings};
+use surelight_prepare::{Integrator, Settings};
 use surelight_scene::{LoadOptions, Scene, load_bytes};
 use surelight_scenes::{
     glb,

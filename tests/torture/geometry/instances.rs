@@ -1,7 +1,7 @@
 //! Case 17: instances under any transform render as their copies.
 
 use surelight_accel::{BuildOptions, Instancing};
-use surelight_render::{Part, Settings};
+use surelight_prepare::{Part, Settings};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, pooled, prepare, trace};
 use surelight_tests::welch::Comparison;

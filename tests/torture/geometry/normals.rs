@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use surelight_accel::oracle::{Oracle, ray_towards};
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{Projection, Scene};
 use surelight_scenes::torture;
 use surelight_tests::render::{ALPHA, all, pooled, render};

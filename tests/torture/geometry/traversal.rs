@@ -6,7 +6,7 @@
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use surelight_accel::oracle::Oracle;
 use surelight_accel::{BuildOptions, Instancing, Quality, Ray};
-use surelight_render::{Part, Settings};
+use surelight_prepare::{Part, Settings};
 use surelight_scene::Mesh;
 use surelight_scenes::{shapes::Shape, torture::geometry};
 use surelight_tests::random::Random;

@@ -9,7 +9,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use glam::{DAffine3, DQuat, DVec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test, z_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Integrator, Part, Renderer, Settings};
+use surelight_prepare::{Integrator, Part, Settings};
+use surelight_render::{Renderer, instrument};
 use surelight_scene::{
     AlphaMode, Camera, Clearcoat, ClipRange, Environment, Instance, Light, LightKind, Material, Projection, Scene,
     Volume,
@@ -320,7 +321,7 @@ fn crops_and_parts_are_the_whole() {
         let step = if one_scramble { 8 } else { 1 };
         let trace = |lanes: Option<u32>, window: Window, batches: &[[u32; 2]]| {
             let renderer = match lanes {
-                Some(lanes) => Renderer::with_lanes(device(), &prepared, lanes),
+                Some(lanes) => instrument::with_lanes(device(), &prepared, lanes),
                 None => Renderer::new(device(), &prepared),
             };
             let mut renderer = renderer.unwrap_or_else(|e| panic!("{e}"));

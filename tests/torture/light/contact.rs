@@ -2,7 +2,7 @@
 
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
-use surelight_render::{Integrator, Settings};
+use surelight_prepare::{Integrator, Settings};
 use surelight_scenes::torture::{self, light::contact_radiance};
 use surelight_tests::render::{ALPHA, pooled, render};
 

@@ -1,6 +1,6 @@
 //! Light by way of mirrors alone.
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::probes;
 use surelight_tests::render::{all, render};
 

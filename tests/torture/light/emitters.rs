@@ -5,7 +5,7 @@
 //! test is 0 or 1. Light sampling must multiply by the same, or a hidden emitter lights the room.
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
-use surelight_render::{Directions, Integrator, Part, Settings};
+use surelight_prepare::{Directions, Integrator, Part, Settings};
 use surelight_scene::{AlphaMode, Filter, Image, Instance, Material, Scene, Texture, TextureRef, Wrap};
 use surelight_scenes::{quad_light, shapes::Shape};
 use surelight_tests::render::{Judge, all, prepare, render};

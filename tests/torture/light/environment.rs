@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DAffine3, DVec3};
 use surelight_estimate::{chi_squared_test, sidak_level};
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{Environment, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::light::{Query, probe, random_queries};

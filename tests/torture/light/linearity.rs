@@ -2,7 +2,7 @@
 
 use surelight_estimate::{Estimate, sidak_level, welch_test, z_test};
 use surelight_film::Film;
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture::light as scenes;
 use surelight_scenes::torture::light::{linearity_radiance, many_lamps, many_lamps_radiance};
 use surelight_tests::render::{ALPHA, all, pooled, render};

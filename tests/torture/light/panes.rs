@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use surelight_render::{Directions, Integrator, Part, PathReuse, Settings};
+use surelight_prepare::{Directions, Integrator, Part, PathReuse, Settings};
 use surelight_scene::{
     AlphaMode, Clearcoat, Environment, Filter, Image, Light, LightKind, Material, Scene, Sheen, Texture, TextureRef,
     Volume, Wrap,

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec3;
 use surelight_estimate::{detectable_bias, sidak_level, student_t_survival, z_test};
 use surelight_film::Film;
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{Light, LightKind, Projection, Scene};
 use surelight_scenes::{quad_light, shapes::Shape};
 use surelight_tests::render::{ALPHA, render};

@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 use surelight_film::{Film, Window};
-use surelight_render::{Directions, Integrator, PathReuse, Renderer, Settings};
+use surelight_prepare::{Directions, Integrator, PathReuse, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{AlphaMode, Environment, Light, LightKind, Material, Scene, Volume};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{all, device, prepare};

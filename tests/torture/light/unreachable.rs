@@ -2,7 +2,7 @@
 //! chance is not certified.
 
 use glam::DVec3;
-use surelight_render::{Integrator, Settings, Unreachable};
+use surelight_prepare::{Integrator, Settings, Unreachable};
 use surelight_scene::{Light, LightKind, Material, Scene, Volume};
 use surelight_scenes::shapes::Shape;
 use surelight_scenes::torture::{self, light::sds as globe};

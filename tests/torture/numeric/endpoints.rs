@@ -1,7 +1,7 @@
 //! Cases 6 and 7: the ends of the random numbers' range, and cosines above 1.
 
 use glam::{DQuat, DVec3, Vec3};
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture::{self, numeric};
 use surelight_tests::bsdf::{BsdfProbe, Eval, Material};
 use surelight_tests::light::{Query, probe};

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use surelight_accel::Instancing;
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::{LightKind, Scene};
 use surelight_scenes::{
     cornell_box, furnace, glass, quad_light,

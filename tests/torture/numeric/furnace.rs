@@ -1,6 +1,6 @@
 //! Case 1: a furnace whose every single sample is known.
 
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scenes::torture::numeric;
 use surelight_tests::render::{all, render, ulps};
 

@@ -1,7 +1,8 @@
 //! Case 8: a sample that is not finite is left out and counted, and touches nothing else.
 
 use surelight_film::Film;
-use surelight_render::{Counts, Renderer, Settings};
+use surelight_prepare::Settings;
+use surelight_render::{Counts, Renderer};
 use surelight_scenes::torture::numeric;
 use surelight_tests::render::{all, bits, device, prepare};
 

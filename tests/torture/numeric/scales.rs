@@ -1,7 +1,7 @@
 //! Cases 2, 3 and 5: brighter, larger and smaller worlds.
 
 use glam::{DAffine3, DVec3};
-use surelight_render::Settings;
+use surelight_prepare::Settings;
 use surelight_scene::Scene;
 use surelight_scenes::{furnace, quad_light, torture};
 use surelight_tests::render::{Judge, all, bits, pooled, render};

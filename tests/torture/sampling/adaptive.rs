@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Part, PathReuse, Renderer, Settings};
+use surelight_prepare::{Part, PathReuse, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{Projection, Scene};
 use surelight_scenes::cornell_box::cornell_box;
 use surelight_tests::render::{ALPHA, all, bits, device, prepare};

@@ -12,7 +12,8 @@
 use glam::DVec3;
 use surelight_estimate::student_t_quantile;
 use surelight_film::Film;
-use surelight_render::{Integrator, PathReuse, Renderer, Settings};
+use surelight_prepare::{Integrator, PathReuse, Settings};
+use surelight_render::Renderer;
 use surelight_scene::Scene;
 use surelight_scenes::{cornell_box, glass, quad_light, veach_mis};
 use surelight_tests::render::{device, prepare};

@@ -1,6 +1,6 @@
 //! The depth series: after D bounces a closed room shows the first D + 1 terms of Le·Σ ρᵏ.
 
-use surelight_render::{Directions, Integrator, Settings};
+use surelight_prepare::{Directions, Integrator, Settings};
 use surelight_scenes::torture;
 use surelight_tests::render::{all, prepare, trace, ulps};
 

@@ -9,7 +9,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use surelight_accel::{BuildOptions, Instancing};
 use surelight_estimate::{Estimate, welch_test};
 use surelight_film::Film;
-use surelight_render::{Directions, Integrator, Part, Renderer, Sampler, Settings};
+use surelight_prepare::{Directions, Integrator, Part, Sampler, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{
     Clearcoat, DiffuseTransmission, Environment, Instance, Light, LightKind, Material, Scene, Sheen,
 };

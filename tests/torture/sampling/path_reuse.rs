@@ -6,7 +6,8 @@
 use glam::{DVec3, Vec3};
 use surelight_estimate::{Estimate, detectable_bias, sidak_level, welch_test};
 use surelight_film::{Film, Window};
-use surelight_render::{Part, PathReuse, Renderer, Settings};
+use surelight_prepare::{Part, PathReuse, Settings};
+use surelight_render::Renderer;
 use surelight_scene::{AlphaMode, ClipRange, Material, Scene};
 use surelight_scenes::shapes::Shape;
 use surelight_tests::render::{ALPHA, all, device, prepare};

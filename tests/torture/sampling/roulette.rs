@@ -3,7 +3,8 @@
 
 use surelight_estimate::{sidak_level, z_test};
 use surelight_film::Film;
-use surelight_render::{Instrument, Renderer, Settings};
+use surelight_prepare::{Instrument, Settings};
+use surelight_render::Renderer;
 use surelight_scenes::{cornell_box, torture::sampling::room};
 use surelight_tests::render::{ALPHA, Judge, device, prepare, render, trace};
 use surelight_tests::welch::Comparison;

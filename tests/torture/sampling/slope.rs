@@ -1,7 +1,8 @@
 //! How errors fall with the number of samples: of pictures, and of a smooth integral in two
 //! dimensions.
 
-use surelight_render::{Formula, Integrand, Sampler, Settings};
+use surelight_prepare::{Sampler, Settings};
+use surelight_render::{Formula, Integrand};
 use surelight_tests::render::{all, device, prepare, trace};
 
 /// RMS errors of a picture of `spp` samples per pixel for each of `spps`, over pixels and channels:

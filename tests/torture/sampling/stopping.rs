@@ -7,7 +7,8 @@
 
 use surelight_estimate::{Moments, sidak_level, z_test};
 use surelight_film::{Bound, Film, Precision};
-use surelight_render::{Directions, Goal, Integrator, Outcome, Renderer, Settings, render};
+use surelight_prepare::{Directions, Integrator, Settings};
+use surelight_render::{Goal, Outcome, Renderer, render};
 use surelight_scenes::torture::sampling::spot;
 use surelight_tests::render::{ALPHA, all, device, pooled, prepare};
 

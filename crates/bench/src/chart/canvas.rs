@@ -9,12 +9,12 @@ use plotters::{
 
 use crate::error::BenchError;
 
-/// Where a chart will be seen.
+/// Where a chart is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// On a desk or in print: the legend stands beside.
+    /// On a desk or in print: the legend is beside the chart.
     Wide,
-    /// On a phone: the legend stands below.
+    /// On a phone: the legend is below the chart.
     Narrow,
 }
 
@@ -24,13 +24,15 @@ pub(super) const SCALE: i32 = 2;
 /// Size of text.
 pub(super) const TEXT: i32 = 15 * SCALE;
 
-/// The same font in the SVG, where the reader may have it, and in the PNG, which has it from here; the others are about as wide or narrower.
+/// The same font in the SVG, where the reader may have it, and in the PNG, which has it from here;
+/// the others are about as wide or narrower.
 const FONT: &str = "DejaVu Sans, Verdana, Segoe UI, sans-serif";
 
 /// DejaVu Sans (see font/LICENSE), without the letters that charts do not need.
 const FONT_BYTES: &[u8] = include_bytes!("../../font/DejaVuSans-subset.ttf");
 
-/// Colours that the colour-blind can tell apart (Okabe & Ito, "Color universal design", 2008), dark enough for lines: their yellow is left out.
+/// Colours that the colour-blind can distinguish (Okabe & Ito, "Color universal design", 2008),
+/// dark enough for lines: their yellow is left out.
 pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -65,7 +67,7 @@ pub(super) enum Fill {
     White,
 }
 
-/// How a method looks, in every chart.
+/// The style of a method in every chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Style {
     pub(super) color: RGBColor,
@@ -95,7 +97,8 @@ pub(super) fn sheet(
             .and_then(|()| area.present())
             .map_err(|e| failed(e.to_string()))?;
     }
-    // The size on the page is that of the nominal pixels; what is inside is named for those who cannot see it.
+    // The size on the page is that of the nominal pixels; what is inside is named for those who
+    // cannot see it.
     let head = format!(
         "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" font-family=\"{FONT}\" xmlns",
         width / SCALE,
@@ -106,7 +109,8 @@ pub(super) fn sheet(
     Ok(head + &compact(rest))
 }
 
-/// The same drawing with fewer letters: lines of one look that follow one another, such as the dashes of a curve, become one path.
+/// The same drawing with fewer letters: lines of one look that follow one another, such as the
+/// dashes of a curve, become one path.
 fn compact(svg: &str) -> String {
     let plain = svg.replace(" opacity=\"1\"", "").replace(&format!(" font-family=\"{FONT}\""), "");
     let mut out = String::new();
@@ -149,7 +153,7 @@ fn strokes(element: &str) -> Option<(String, String)> {
     Some((look.to_owned(), format!("M{x1},{y1}L{x2},{y2}")))
 }
 
-/// Text as it may stand in XML.
+/// Text escaped for XML.
 pub(crate) fn escape(text: &str) -> String {
     maud::html! { (text) }.into_string()
 }

@@ -36,7 +36,8 @@ fn both(name: &'static str, draw: impl Fn(Format) -> Result<String, BenchError>)
     Ok(Chart { name, wide: draw(Format::Wide)?, narrow: draw(Format::Narrow)? })
 }
 
-/// Looks of the methods: a colour and a shape for each integrator with its switches, fill and dashes for samplers.
+/// Looks of the methods: a colour and a shape for each integrator with its switches, fill and
+/// dashes for samplers.
 fn styles(scene: &SceneData) -> Vec<Style> {
     let mut groups = Vec::new();
     let methods = scene.methods.iter().map(|method| {
@@ -74,7 +75,8 @@ fn named(scene: &SceneData, method: usize) -> String {
     format!("{}{}", data.name, if data.biased.is_some() { " (biased)" } else { "" })
 }
 
-/// Methods from the least accurate to the most, so that the legend is in the order of the lines' ends.
+/// Methods from the least accurate to the most, so that the legend is in the order of the lines'
+/// ends.
 fn by_final_error(scene: &SceneData) -> Vec<usize> {
     let mut order: Vec<usize> = (0..scene.methods.len()).collect();
     let last = |m: usize| scene.curve(m).last().map_or(f64::MAX, |p| p.error);
@@ -143,7 +145,8 @@ pub fn convergence(scene: &SceneData, others: &[Peer], over_samples: bool) -> Re
     both(name, |format| lines.draw(format))
 }
 
-/// The fastest way to each error: every checkpoint of the methods without bias, and the front that no other lies before.
+/// The fastest way to each error: every checkpoint of the methods without bias, and the front that
+/// no other lies before.
 pub fn front(scene: &SceneData, others: &[Peer]) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let order = by_final_error(scene).into_iter().filter(|&m| scene.methods[m].biased.is_none());
@@ -178,7 +181,8 @@ pub fn front(scene: &SceneData, others: &[Peer]) -> Result<Chart, BenchError> {
     both("front", |format| lines.draw(format))
 }
 
-/// Predicted against real error: on the diagonal the error bars are right, above it they promise too much.
+/// Predicted against real error: on the diagonal the error bars are right, above it they promise
+/// too much.
 pub fn calibration(scene: &SceneData) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let series: Vec<Series> = by_final_error(scene)
@@ -248,73 +252,4 @@ pub fn stages(scene: &SceneData) -> Result<Chart, BenchError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::synthetic;
-
-    #[test]
-    fn every_chart_is_drawn_and_names_the_methods() {
-        let mut scene = synthetic(1, &[1.0, 2.0], 0.02, 0.0);
-        scene.methods[1].biased = Some("on purpose".into());
-        scene.methods[0].name = "a<b>&c".into();
-        let peer = Peer {
-            scene: "synthetic".into(),
-            renderer: "other".into(),
-            seconds: 1.0,
-            rel_mse: 0.01,
-            spp: None,
-            pixels: None,
-        };
-        let charts = [
-            convergence(&scene, std::slice::from_ref(&peer), false),
-            convergence(&scene, &[], true),
-            front(&scene, &[peer]),
-            calibration(&scene),
-            bias(&scene),
-            stages(&scene),
-        ];
-        for chart in charts.map(Result::unwrap) {
-            for svg in [&chart.wide, &chart.narrow] {
-                assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{}", chart.name);
-                assert!(svg.contains("a&lt;b&gt;&amp;c"), "{}", chart.name);
-                // It parses, and is no sheet without ink.
-                assert!(png(chart.name, svg).unwrap().len() > 5_000, "{}", chart.name);
-            }
-            assert_eq!(chart.wide.contains("(biased)"), !["front", "stages"].contains(&chart.name), "{}", chart.name);
-        }
-    }
-
-    #[test]
-    fn charts_of_nothing_are_drawn() {
-        let mut scene = synthetic(1, &[1.0], 0.02, 0.0);
-        scene.rows.clear();
-        for chart in
-            [convergence(&scene, &[], false), front(&scene, &[]), calibration(&scene), bias(&scene), stages(&scene)]
-        {
-            png("chart", &chart.unwrap().wide).unwrap();
-        }
-    }
-
-    #[test]
-    fn marks_stand_where_the_data_are() {
-        // Slope −½ over decades: each step of the samples by 4 moves the mark by one equal step in both directions.
-        let scene = synthetic(1, &[1.0], 0.0, 0.0);
-        let svg = convergence(&scene, &[], true).unwrap().wide;
-        let number = |text: &str, name: &str| -> f64 {
-            let from = text.find(name).unwrap() + name.len() + 2;
-            text[from..].split('"').next().unwrap().parse().unwrap()
-        };
-        let marks: Vec<(f64, f64)> =
-            svg.split("<circle").skip(1).map(|mark| (number(mark, "cx"), number(mark, "cy"))).collect();
-        let curve = scene.curve(0);
-        // Each mark is a disc and its rim; the last is that of the legend.
-        let marks: Vec<_> = marks.into_iter().step_by(2).collect();
-        assert_eq!(marks.len(), curve.len() + 1);
-        let steps: Vec<(f64, f64)> =
-            marks[..curve.len()].windows(2).map(|m| (m[1].0 - m[0].0, m[1].1 - m[0].1)).collect();
-        for step in &steps {
-            assert!((step.0 - steps[0].0).abs() <= 1.5 && (step.1 - steps[0].1).abs() <= 1.5, "{steps:?}");
-            assert!(step.0 > 10.0 && step.1 > 5.0);
-        }
-    }
-}
+mod tests;

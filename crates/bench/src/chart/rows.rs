@@ -14,13 +14,13 @@ use super::{
 };
 use crate::error::BenchError;
 
-/// What stands in a row.
+/// The content of a row.
 pub(super) enum Content {
     /// A value with its interval.
     Interval {
         /// Looks of the mark.
         style: Style,
-        /// Lower end, value, upper end; beyond the axis an arrow stands for it.
+        /// Lower end, value, upper end; beyond the axis an arrow replaces it.
         ends: [f64; 3],
     },
     /// Lengths that follow one another.
@@ -51,7 +51,7 @@ impl Rows {
     /// Draws the chart.
     pub(super) fn draw(&self, format: Format) -> Result<String, BenchError> {
         let small = format == Format::Narrow;
-        // On a phone a row's name stands above it.
+        // On a phone a row's name is above it.
         let row = if small { 2 * ROW - 6 * SCALE } else { ROW };
         let names = self.rows.iter().map(|(name, _)| text_width(name, TEXT)).max().unwrap_or(0);
         let left = if small { 14 * SCALE } else { names + 24 * SCALE };
@@ -138,7 +138,8 @@ impl Rows {
         }
     }
 
-    /// Where each part's entry stands: one below the other on a phone, else in lines as wide as the chart.
+    /// The place of each part's entry: one below the other on a phone, else in lines as wide as the
+    /// chart.
     fn legend_places(&self, width: i32, small: bool) -> Vec<(i32, i32)> {
         let (mut x, mut y) = (LEGEND_LEFT, LEGEND_TOP);
         let mut places = Vec::new();

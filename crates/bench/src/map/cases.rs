@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use surelight_render::Integrator;
+use surelight_prepare::Integrator;
 use surelight_scene::{Camera, ClipRange, Instance, Light, LightKind, Material, Projection, Scene, Volume};
 use surelight_scenes::{
     cornell_box, furnace, glass,
@@ -30,7 +30,7 @@ pub(super) const CASES: &[Case] = &[
         name: "large-light-on-gloss",
         title: "A large light on gloss",
         build: gloss,
-        truth: || Truth::Long(Integrator::Hemisphere(surelight_render::Directions::Bsdf), 4),
+        truth: || Truth::Long(Integrator::Hemisphere(surelight_prepare::Directions::Bsdf), 4),
         samples: 64,
         exposure: 0.0,
         why: "A metal plate of α = 0.01 mirrors a wall of light. The BSDF restricts the incident directions to \

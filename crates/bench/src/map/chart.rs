@@ -1,4 +1,5 @@
-//! The map as a drawing: a cell says what came of a method by its colour, its mark and a few words, so that none is needed to tell.
+//! The map as a drawing: a cell says what came of a method by its colour, its mark and a few words,
+//! so that none is needed to tell.
 
 use std::fmt::Write as _;
 
@@ -14,8 +15,9 @@ const ROW: i32 = 40;
 /// Room for the legend.
 const LEGEND: i32 = 62;
 
-/// How a verdict looks: colour of the cell (Okabe & Ito, "Color universal design", 2008), colour of its text, mark.
-fn look(verdict: &Verdict) -> (&'static str, &'static str, &'static str) {
+/// The appearance of a verdict: colour of the cell (Okabe & Ito, "Color universal design", 2008),
+/// colour of its text, mark.
+fn appearance(verdict: &Verdict) -> (&'static str, &'static str, &'static str) {
     match verdict {
         Verdict::Certified => ("#0072b2", "#ffffff", "M-5,0 L-1,5 L6,-5"),
         Verdict::Noisy(_) => ("#b5dcf2", "#222222", "M-6,0 Q-3,-8 0,0 T6,0"),
@@ -24,7 +26,7 @@ fn look(verdict: &Verdict) -> (&'static str, &'static str, &'static str) {
     }
 }
 
-/// What stands in a cell.
+/// The text of a cell.
 pub(super) fn words(verdict: &Verdict) -> String {
     match verdict {
         Verdict::Certified => "certified".into(),
@@ -89,7 +91,7 @@ pub(super) fn draw(map: &Map) -> String {
 }
 
 fn tile(svg: &mut String, x: i32, y: i32, width: i32, verdict: &Verdict, text: &str) {
-    let (fill, ink, mark) = look(verdict);
+    let (fill, ink, mark) = appearance(verdict);
     let (w, h, middle) = (width - 4, ROW - 4, y + ROW / 2);
     let _ = write!(
         svg,

@@ -1,17 +1,23 @@
 //! The failure map: which method is good for what, and where it breaks.
 //!
-//! Scenes that are each built around one difficulty, most with a closed form, are rendered by every estimator with the same number
-//! of samples. A cell of the map says what came of it ([`Verdict`]). A method that fails and says so is worth more than one that
-//! fails quietly, so both are told apart: what a picture says of itself (that its method is biased, that light is missing, that
-//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against a long render).
+//! Scenes that are each built around one difficulty, most with a closed form, are rendered by every
+//! estimator with the same number of samples. A cell of the map says what came of it ([`Verdict`]).
+//! A method that fails and says so is worth more than one that fails quietly, so both are told
+//! apart: what a picture says of itself (that its method is biased, that light is missing, that
+//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against
+//! a long render).
 
 mod cases;
 mod chart;
 mod page;
 
+use std::ops::ControlFlow;
 use surelight_estimate::{Estimate, sidak_level, welch_test};
-use surelight_film::Film;
-use surelight_render::{Device, Integrator, Prepared, Renderer, Settings};
+use surelight_film::{Film, FilmError};
+use surelight_prepare::{Integrator, Prepared, Settings};
+use surelight_render::{
+    BatchSizes, Counts, Device, End, FinishedPass, NextPass, PassVisitor, Position, Renderer, Schedule, sample,
+};
 use surelight_scene::Scene;
 
 use crate::error::BenchError;
@@ -31,7 +37,7 @@ const AS_GOOD: f64 = 2.0;
 
 /// The columns: the estimators of the lecture.
 pub const METHODS: [(&str, Integrator); 5] = [
-    ("hemisphere", Integrator::Hemisphere(surelight_render::Directions::Bsdf)),
+    ("hemisphere", Integrator::Hemisphere(surelight_prepare::Directions::Bsdf)),
     ("area", Integrator::Area),
     ("mis", Integrator::Mis),
     ("caustics", Integrator::Caustics),
@@ -107,7 +113,7 @@ pub struct Map {
 }
 
 impl Map {
-    /// Renders every case by every method. `watch`: told the case that begins; false stops.
+    /// Renders every case by every method. `watch` receives the case that begins; false stops.
     ///
     /// # Errors
     /// Where the device fails, or `watch` stops it.
@@ -151,14 +157,13 @@ fn picture(
     let prepared = Prepared::new(scene, &scene.cameras[0], &settings)?;
     let told = prepared.unreachable.first().map(|light| if light.is_bias() { MISSING } else { CHANCE });
     let mut renderer = Renderer::new(device, &prepared)?;
+    let mut batches = Batched { film: Film::new(SIDE, SIDE), means: Vec::new() };
+    let schedule = Schedule { sizes: BatchSizes::Equal(samples), end: Some(BATCHES * samples) };
     let mut film = Film::new(SIDE, SIDE);
-    let mut means = Vec::new();
-    for batch in 0..BATCHES {
-        let mut part = Film::new(SIDE, SIDE);
-        renderer.trace(&mut part, batch, 1, samples, &mut |_| true)?;
-        means.push(pooled(&part).mean);
-        film.merge(&part)?;
+    if let End::Stopped(error) = sample(&mut renderer, &mut film, schedule, &mut Position::default(), &mut batches)? {
+        return Err(error.into());
     }
+    let Batched { film, means } = batches;
     let rays_per_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
     let mean = match integrator {
         // Its pixels share particles; batches share nothing.
@@ -166,6 +171,28 @@ fn picture(
         _ => pooled(&film),
     };
     Ok(Picture { film, mean, rays_per_path, told })
+}
+
+/// A film, and the mean of each of its batches.
+struct Batched {
+    film: Film,
+    means: Vec<f64>,
+}
+
+impl PassVisitor for Batched {
+    type Stop = FilmError;
+
+    fn before_pass(&mut self, _: &NextPass, _: &Counts) -> ControlFlow<FilmError, u32> {
+        ControlFlow::Continue(1)
+    }
+
+    fn after_pass(&mut self, batch: &mut Film, _: &FinishedPass, _: &Counts) -> ControlFlow<FilmError> {
+        self.means.push(pooled(batch).mean);
+        match self.film.merge(&std::mem::replace(batch, Film::of_window(batch.window()))) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => ControlFlow::Break(error),
+        }
+    }
 }
 
 /// The mean of some independent estimates.

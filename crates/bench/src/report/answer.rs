@@ -7,9 +7,11 @@ use crate::{
 
 use super::text::{factor, level, seconds};
 
-/// Which method reaches which error first, by how much: "mis/sobol reaches 2 % in 3.1 s, 4.2 × (3.9 to 4.6) sooner than area/sobol".
+/// Which method reaches which error first, by how much: "mis/sobol reaches 2 % in 3.1 s, 4.2 × (3.9
+/// to 4.6) sooner than area/sobol".
 ///
-/// The level is the finest that two methods without bias reached in every repeat; where only one got anywhere, it is the finest of that one.
+/// The level is the finest that two methods without bias reached in every repeat; where only one
+/// got anywhere, it is the finest of that one.
 pub fn answer(scene: &SceneData) -> String {
     let levels = scene.levels();
     let shared = levels.iter().rev().find(|&&e| scene.ranking(e, false).len() >= 2);

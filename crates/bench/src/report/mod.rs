@@ -58,7 +58,8 @@ fn charts(scene: &SceneData, peers: &[Peer]) -> Result<Vec<Chart>, BenchError> {
     ])
 }
 
-/// Writes everything: page, charts as SVG and PNG, `data.csv`, `data.json`. Other renderers' points are drawn on the charts of their scenes.
+/// Writes everything: page, charts as SVG and PNG, `data.csv`, `data.json`. Other renderers' points
+/// are drawn on the charts of their scenes.
 pub fn write_report(folder: &Path, data: &Data, peers: &[Peer]) -> Result<(), BenchError> {
     write_data(folder, data)?;
     let table = folder.join("data.csv");

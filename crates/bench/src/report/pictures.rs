@@ -9,8 +9,8 @@ use crate::data::{MethodData, Row, SceneData, slug};
 
 use super::text::{percent, seconds};
 
-/// The reference, then each method's picture beside its map. Pictures that are missing, of methods that
-/// were not reached, are left out.
+/// The reference, then each method's picture beside its map. Pictures that are missing, of methods
+/// that were not reached, are left out.
 pub(super) fn pictures(folder: &Path, scene: &SceneData) -> Markup {
     let folder = folder.join(&scene.name);
     html! {

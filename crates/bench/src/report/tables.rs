@@ -128,7 +128,8 @@ pub(super) fn bias(scene: &SceneData) -> Markup {
             }
             (None, None) => cell(UNKNOWN),
             (None, Some(i)) if i.holds(0.0) => cell("none seen"),
-            // 1.96 standard errors are the half width; beyond 3 chance is no excuse for any of a dozen methods.
+            // 1.96 standard errors are the half width; beyond 3 chance is no excuse for any of a
+            // dozen methods.
             (None, Some(i)) if i.value.abs() < 1.53 * (i.high - i.low) / 2.0 => {
                 cell("within what chance does once in twenty")
             }

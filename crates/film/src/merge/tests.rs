@@ -28,7 +28,12 @@ fn render(edges: [u32; 4], [first, end]: [u64; 2]) -> (Film, Metadata) {
     let feature = |scale: f32| numbers.iter().map(|&p| [p as f32 * scale, 0.5, -0.0]).collect();
     let depth = numbers.iter().map(|&p| p as f32).collect();
     film.set_features(Features { albedo: feature(0.01), normal: feature(1.0), depth }).unwrap();
-    let part = Part { size: WHOLE, planned_samples: Some(SPP), asked_samples: Some([first, end]), ..Part::default() };
+    let part = RenderPart {
+        size: WHOLE,
+        planned_samples: Some(SPP),
+        asked_samples: Some([first, end]),
+        ..RenderPart::default()
+    };
     let metadata = Metadata {
         sample_range: [first, end],
         crop: (!window.is_all()).then_some(edges),

@@ -46,7 +46,7 @@ fn replace(kernel: &mut TranslationUnit, name: &str, loader: &str) -> Result<(),
     for declaration in &mut kernel.global_declarations {
         match declaration.node_mut() {
             GlobalDeclaration::Declaration(array) if *array.ident.name() == name => {
-                array.kind = kind.clone();
+                array.kind = kind;
                 array.ty = ty.clone();
             }
             GlobalDeclaration::Function(function) => {

@@ -1,9 +1,10 @@
-//! A formula that a user typed: checked to be one expression, so that nothing else gets into the shader.
+//! A formula that a user typed: checked to be one expression, so that nothing else gets into the
+//! shader.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 /// Most dimensions of an integral.
-pub const MOST_DIMENSIONS: usize = 10;
+pub const MAX_DIMENSIONS: usize = 10;
 
 /// Longest formula, in bytes: more would only keep compilers busy.
 const LONGEST: usize = 1024;
@@ -31,7 +32,7 @@ pub enum FormulaError {
     /// Nothing there.
     #[error("the formula is empty")]
     Empty,
-    /// Too long or too deep to be worth compiling.
+    /// Too long or too deeply nested to compile.
     #[error("the formula is {0}")]
     Size(&'static str),
     /// Something that no expression contains.
@@ -41,7 +42,7 @@ pub enum FormulaError {
     Forbidden {
         /// Counted from 1, in characters.
         column: usize,
-        /// What stands there.
+        /// The text there.
         found: String,
     },
     /// Brackets that do not match.
@@ -57,7 +58,7 @@ pub enum FormulaError {
     Wgsl {
         /// Counted from 1, in characters.
         column: usize,
-        /// What stands there, as " ('…')".
+        /// The text there, as " ('…')".
         near: String,
         /// The compiler's message.
         message: String,
@@ -68,12 +69,13 @@ pub enum FormulaError {
 }
 
 impl Formula {
-    /// Parses and validates an expression over `dimensions` variables: `x0` … `x9`, the first four also `x`, `y`, `z`, `w`.
+    /// Parses and validates an expression over `dimensions` variables: `x0` … `x9`, the first four
+    /// also `x`, `y`, `z`, `w`.
     ///
     /// # Errors
     /// With the column in `text`, where there is one.
     pub fn new(text: &str, dimensions: usize) -> Result<Self, FormulaError> {
-        if !(1..=MOST_DIMENSIONS).contains(&dimensions) {
+        if !(1..=MAX_DIMENSIONS).contains(&dimensions) {
             return Err(FormulaError::Dimensions(dimensions));
         }
         if text.trim().is_empty() {
@@ -125,7 +127,7 @@ impl Formula {
             }
             self.wgsl_error(span, start, message)
         })?;
-        // Nothing but the function that stands around the expression may have come of it.
+        // The expression must have added nothing to the function around it.
         if module.functions.len() != 1 || !module.global_variables.is_empty() || !module.entry_points.is_empty() {
             return Err(FormulaError::Forbidden { column: 1, found: self.text.clone() });
         }
@@ -151,7 +153,7 @@ impl Formula {
         let end = range.end.saturating_sub(start).clamp(begin, self.text.len());
         let before = self.text.get(..begin).unwrap_or("");
         let found = self.text.get(begin..end).unwrap_or("");
-        // The compiler sees the statement that stands around the expression.
+        // The compiler reports on the statement around the expression.
         message = message.replace("expected `;`", "expected an operator or the end").replace(" (see msg)", "");
         let near = match found {
             "" if begin == self.text.len() => {
@@ -170,7 +172,8 @@ impl Formula {
     }
 }
 
-/// Refuses what could end the expression or begin something else: statements, blocks, attributes, comments, lone brackets.
+/// Refuses what could end the expression or begin something else: statements, blocks, attributes,
+/// comments, lone brackets.
 fn only_expression(text: &str) -> Result<(), FormulaError> {
     let characters: Vec<char> = text.chars().collect();
     let mut open: Vec<(char, usize)> = Vec::new();

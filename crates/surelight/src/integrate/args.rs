@@ -64,7 +64,7 @@ pub(crate) struct Ranges(pub(crate) Vec<[f64; 2]>);
 /// `--over`.
 fn ranges(text: &str) -> Result<Ranges, String> {
     let all: Vec<_> = text.split(',').map(range).collect::<Result<_, _>>()?;
-    if all.len() > surelight_render::MOST_DIMENSIONS {
+    if all.len() > surelight_render::MAX_DIMENSIONS {
         return Err(format!("{} dimensions, and 10 are the most", all.len()));
     }
     Ok(Ranges(all))

@@ -1,7 +1,7 @@
 //! A measurement as a camera, whose every pixel is an estimate of the quantity.
 
 use glam::{DAffine3, DMat3, DVec3};
-use surelight_render::{Integrator, Settings};
+use surelight_prepare::{Integrator, Settings};
 use surelight_scene::{Camera, ClipRange, Projection, Scene};
 
 use super::args::MeasureArgs;

@@ -1,9 +1,10 @@
-//! What `--resume` goes on from: the checkpoint `NAME.checkpoint.exr` beside the first output, or an
-//! output that an earlier run finished.
+//! The files that `--resume` continues from: the checkpoint `NAME.checkpoint.exr` beside the first
+//! output, or an output that an earlier run finished.
 //!
 //! A checkpoint is written now and then, when the render ends before its goal, and when an output
-//! cannot be written; it is removed when the goal is met and all outputs are written. It holds every
-//! bit. A finished .exr holds means, variances and tails in 24 bits: it is extended, not continued.
+//! cannot be written; it is removed when the goal is reached and all outputs are written. It holds
+//! every bit. A finished .exr holds means, variances and tails in 24 bits: it is extended, not
+//! continued.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use surelight_film::{
     Compatibility, Difference, Film, Metadata, difference, read_finished, read_part_header, remove_leftovers, write_exr,
 };
-use surelight_render::{Counts, Standing};
+use surelight_render::{Counts, ResumeState};
 
 use crate::error::Error;
 use crate::method;
@@ -26,9 +27,9 @@ use super::record::Record;
 pub(super) struct Checkpoint {
     /// None where no output is a file.
     path: Option<PathBuf>,
-    /// Whether the file is of this render: gone on from, or written by it.
+    /// Whether the file is of this render: continued from, or written by it.
     ours: bool,
-    /// What went wrong when it was last written.
+    /// The error when it was last written.
     pub(super) failure: Option<String>,
 }
 
@@ -56,8 +57,9 @@ impl Checkpoint {
         self.path.clone().map(|path| OutputPath { path, format: Format::Exr })
     }
 
-    /// Finds out before anything else whether there is a render to go on with, and says what the user may not expect.
-    pub(super) fn look(&self, outputs: &[OutputPath], resume: bool, quiet: bool) -> Result<Option<Earlier>, Error> {
+    /// Finds the render to continue, and prints a note where there is none or one is about to be
+    /// replaced.
+    pub(super) fn find(&self, outputs: &[OutputPath], resume: bool, quiet: bool) -> Result<Option<Earlier>, Error> {
         let Some(file) = &self.path else { return Ok(None) };
         if resume {
             remove_leftovers(file); // of a run that was killed while it saved
@@ -84,46 +86,47 @@ impl Checkpoint {
         {
             let [first, end] = metadata.sample_range;
             console::note(&format!(
-                "note: \"{path}\" holds {} samples a pixel of an earlier render; --resume would go on from it, and a checkpoint of this one will replace it",
+                "note: \"{path}\" holds {} samples per pixel of an earlier render; --resume would continue it, and a checkpoint of this one will replace it",
                 end - first
             ));
         }
         Ok(None)
     }
 
-    /// Reads the film of an earlier run and its position, if it is of the render that `record` describes;
-    /// `planned`: samples a pixel of this one.
+    /// Reads the film of an earlier run and its state, if it is of the render that `record`
+    /// describes; `planned`: samples per pixel of this one.
     pub(super) fn read(
         &mut self,
         earlier: &Earlier,
         record: &mut Record,
         planned: Option<u32>,
-    ) -> Result<(Film, Standing), Error> {
+    ) -> Result<(Film, ResumeState), Error> {
         let (film, metadata) = read_finished(&earlier.path)?;
         let [first, next] = metadata.sample_range.map(|sample| sample as u32);
         let differs =
             |sameness| difference(&metadata, record.beginning(), sameness).or_else(|| portion(&metadata, record));
         let exact = differs(Compatibility::Bits).is_none();
-        let (standing, extends) = match &metadata.part {
-            Some(part) if exact => (Standing { first, next, batch: part.next_batch, pilot: part.pilot }, false),
+        let (state, extends) = match &metadata.part {
+            Some(part) if exact => (ResumeState { first, next, batch: part.next_batch, pilot: part.pilot }, false),
             _ => {
                 if let Some(difference) = earlier.difference(record) {
                     return Err(Error::Resume { path: earlier.path.clone(), difference });
                 }
-                // Batches are numbered from the number of samples on, which no earlier batch has come to.
-                (Standing { first, next, batch: next, pilot: None }, planned.is_none_or(|planned| planned > next))
+                // Batches are numbered from the number of samples on, which no earlier batch has
+                // reached.
+                (ResumeState { first, next, batch: next, pilot: None }, planned.is_none_or(|planned| planned > next))
             }
         };
         let paths = film.pixels().iter().map(surelight_film::PixelMoments::samples).sum();
         record.after(&metadata, paths, extends);
         self.ours = !earlier.finished;
-        Ok((film, standing))
+        Ok((film, state))
     }
 
-    /// Writes it. A failure is told at the end: the render itself goes on.
-    pub(super) fn write(&mut self, record: &Record, film: &Film, standing: &Standing, counts: &Counts) {
+    /// Writes it. A failure is reported at the end: the render itself continues.
+    pub(super) fn write(&mut self, record: &Record, film: &Film, state: &ResumeState, counts: &Counts) {
         let Some(path) = &self.path else { return };
-        let written = write_exr(path, film, &record.metadata(film, standing, counts, true));
+        let written = write_exr(path, film, &record.metadata(film, state, counts, true));
         if written.is_ok() {
             self.ours = true;
             saved::add(path);
@@ -134,25 +137,25 @@ impl Checkpoint {
     /// Removes it, where it is of this render.
     pub(super) fn remove(&self) {
         if let Some(path) = self.kept() {
-            // Where that fails, what stays is out of date but intact.
+            // Where that fails, the file that remains is out of date but intact.
             let _ = std::fs::remove_file(path);
         }
     }
 }
 
-/// A render that `--resume` goes on with.
+/// A render that `--resume` continues.
 #[derive(Debug)]
 pub(super) struct Earlier {
     /// The file that holds it.
     path: PathBuf,
-    /// What the file says of itself.
+    /// Its metadata.
     metadata: Metadata,
     /// Whether it is a finished image instead of a checkpoint.
     finished: bool,
 }
 
 impl Earlier {
-    /// The options with what the earlier run decided where they leave it open.
+    /// The options, with the decisions of the earlier run where they leave a choice.
     pub(super) fn decided(&self, args: &RenderArgs) -> RenderArgs {
         let mut args = args.clone();
         let settings = self.metadata.settings.as_ref().filter(|settings| settings.is_current());
@@ -165,7 +168,7 @@ impl Earlier {
         args
     }
 
-    /// What the samples come from, as the summary calls it.
+    /// The source of the samples, as the summary names it.
     pub(super) fn source(&self) -> String {
         if self.finished { self.path.display().to_string() } else { "a checkpoint".to_owned() }
     }
@@ -192,8 +195,8 @@ impl Earlier {
             .or_else(of_plan)
     }
 
-    /// Whether the render of `record` can extend it. A finished image of another render is no error: this
-    /// render replaces it, and says so.
+    /// Whether the render of `record` can extend it. A finished image of another render is no
+    /// error: this render replaces it, and says so.
     pub(super) fn is_of(&self, record: &Record, quiet: bool) -> bool {
         let Some(Difference { what, first, second }) = self.difference(record).filter(|_| self.finished) else {
             return true;
@@ -208,7 +211,7 @@ impl Earlier {
     }
 }
 
-/// What a render of Surelight says of itself, if the file is one.
+/// The metadata of a render, if the file is one.
 fn read_exr_metadata(path: &Path) -> Option<Metadata> {
     if let Ok((metadata, _)) = read_part_header(path) {
         return Some(metadata);
@@ -232,12 +235,12 @@ fn name_of(stem: &OsStr) -> OsString {
     (text[..kept].to_owned() + &ending).into()
 }
 
-/// Whether another portion of the same render was asked for.
+/// The difference where another portion of the same render is requested.
 fn portion(earlier: &Metadata, record: &Record) -> Option<Difference> {
     let crop = |m: &Metadata| m.crop.map_or("not set".to_owned(), |[a, b, c, d]| format!("{a},{b},{c},{d}"));
     let samples = |m: &Metadata| {
-        let asked = m.part.as_ref().and_then(|part| part.asked_samples);
-        asked.map_or("not set".to_owned(), |[first, end]| format!("{first}..{end}"))
+        let requested = m.part.as_ref().and_then(|part| part.asked_samples);
+        requested.map_or("not set".to_owned(), |[first, end]| format!("{first}..{end}"))
     };
     let of = |what: &str, value: &dyn Fn(&Metadata) -> String| {
         let (first, second) = (value(earlier), value(record.beginning()));

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use surelight_render::{AdapterChoice, Ahead, Blueprint, Device, Integrator, Prepared, Settings};
+use surelight_prepare::{Blueprint, Integrator, Prepared, Settings};
+use surelight_render::{AdapterChoice, Device, PrecompiledKernel};
 use surelight_scene::{Environment, Scene};
 
 use crate::camera::{self, View};
@@ -16,7 +17,7 @@ pub(super) struct Loaded {
     pub(super) scene: Scene,
     pub(super) scene_hash: String,
     pub(super) view: View,
-    /// Warnings of the files, then what was decided without being asked.
+    /// Warnings of the files, then decisions that no option requested.
     pub(super) warnings: Vec<String>,
     /// Light that no path finds.
     pub(super) missing: Vec<String>,
@@ -36,7 +37,7 @@ impl Loaded {
         Ok(Self { scene_hash: fingerprint::of(&scene), scene, view, warnings, missing: Vec::new() })
     }
 
-    /// Radiance of a uniform sky, asked for or not.
+    /// Radiance of a uniform sky, requested or not.
     pub(super) fn sky(&self) -> Option<[f32; 3]> {
         match self.scene.environment {
             Some(Environment::Uniform(radiance)) => Some(radiance),
@@ -45,9 +46,13 @@ impl Loaded {
     }
 
     /// Builds the BVH, the lights and the textures, and compiles the kernel meanwhile.
-    pub(super) fn prepare(&mut self, device: &Device, settings: &Settings) -> Result<(Prepared, Ahead), Error> {
-        let compile = |blueprint: &Blueprint| Ahead::compile(device, blueprint);
-        let (prepared, ahead) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
+    pub(super) fn prepare(
+        &mut self,
+        device: &Device,
+        settings: &Settings,
+    ) -> Result<(Prepared, PrecompiledKernel), Error> {
+        let compile = |blueprint: &Blueprint| PrecompiledKernel::compile(device, blueprint);
+        let (prepared, precompiled) = Prepared::with_work(&self.scene, &self.view.camera, settings, compile)?;
         let (broken, flat) = (prepared.accel.skipped.non_finite, prepared.accel.skipped.zero_area);
         if flat > 0 && flat + broken >= self.scene.triangle_count() as u64 {
             self.warnings.push("no triangle has an area: the picture shows the surroundings alone".into());
@@ -73,7 +78,7 @@ impl Loaded {
                 self.warnings.push(text);
             }
         }
-        Ok((prepared, ahead?))
+        Ok((prepared, precompiled?))
     }
 }
 
@@ -96,10 +101,10 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
         sampler: args.method.sampler(),
         one_scramble: args.is_one_sequence(),
         path_reuse: match args.shared_paths {
-            PathReuse::Auto if is_preview(args, view) => surelight_render::PathReuse::Off,
-            PathReuse::Auto => surelight_render::PathReuse::Auto,
-            PathReuse::On => surelight_render::PathReuse::On,
-            PathReuse::Off => surelight_render::PathReuse::Off,
+            PathReuse::Auto if is_preview(args, view) => surelight_prepare::PathReuse::Off,
+            PathReuse::Auto => surelight_prepare::PathReuse::Auto,
+            PathReuse::On => surelight_prepare::PathReuse::On,
+            PathReuse::Off => surelight_prepare::PathReuse::Off,
         },
         adaptive: args.adaptive,
         transparent: args.transparent,
@@ -112,8 +117,8 @@ pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
     }
 }
 
-/// Whether so few paths are planned that those which pixels share would not make up for their larger kernel, which takes half a second
-/// longer to compile (docs/performance.md).
+/// Whether so few paths are planned that those which pixels share would not make up for their
+/// larger kernel, which takes half a second longer to compile (docs/performance.md).
 fn is_preview(args: &RenderArgs, view: &View) -> bool {
     const MIN_PATHS: u64 = 1 << 18;
     let pixels = u64::from(view.size.width) * u64::from(view.size.height);

@@ -1,8 +1,8 @@
-//! What a render says of itself in its files: the same in a checkpoint, a part and the finished picture, as far as they go.
+//! The metadata of a render in its files: of a checkpoint, a part and the finished image.
 
 use surelight_film::settings::{Camera, Environment, Lens, Projection};
-use surelight_film::{Film, Metadata, Part, RenderSettings, Window};
-use surelight_render::{Counts, Device, Standing};
+use surelight_film::{Film, Metadata, RenderPart, RenderSettings, Window};
+use surelight_render::{Counts, Device, ResumeState};
 use surelight_scene as scene;
 
 use crate::fingerprint;
@@ -17,10 +17,10 @@ pub(super) struct Record {
     /// Its metadata, but for samples.
     base: Metadata,
     /// What earlier runs of it did.
-    pub(super) before: Part,
+    pub(super) before: RenderPart,
     dropped_before: u64,
-    /// Whether points of a pixel are of one sequence, those of an earlier run at least: batches then
-    /// compensate one another, and the estimated variance is an upper bound.
+    /// Whether points of a pixel are of one sequence, those of an earlier run at least: batches
+    /// then compensate one another, and the estimated variance is an upper bound.
     pub(super) one_sequence: bool,
 }
 
@@ -34,12 +34,12 @@ impl Record {
         shared_paths: bool,
         window: Window,
     ) -> Self {
-        let part = Part {
+        let part = RenderPart {
             size: window.whole,
             planned_samples: args.planned().map(u64::from),
             asked_samples: args.parts.samples.map(|samples| samples.map(u64::from)),
             kernel: fingerprint::of_text(kernel),
-            ..Part::default()
+            ..RenderPart::default()
         };
         let base = Metadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -53,7 +53,7 @@ impl Record {
             part: Some(part),
             ..Metadata::default()
         };
-        Self { base, before: Part::default(), dropped_before: 0, one_sequence: args.is_one_sequence() }
+        Self { base, before: RenderPart::default(), dropped_before: 0, one_sequence: args.is_one_sequence() }
     }
 
     /// As a render that has just begun says it.
@@ -61,14 +61,15 @@ impl Record {
         &self.base
     }
 
-    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they planned.
+    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they
+    /// planned.
     pub(super) fn after(&mut self, earlier: &Metadata, paths: u64, extends: bool) {
         self.one_sequence |= earlier.has_one_sequence();
         self.base.extended_from.clone_from(&earlier.extended_from);
         if extends {
             self.base.extended_from.push(earlier.sample_range[1]);
         }
-        self.before = earlier.part.clone().unwrap_or_else(|| Part { paths, ..Part::default() });
+        self.before = earlier.part.clone().unwrap_or_else(|| RenderPart { paths, ..RenderPart::default() });
         self.dropped_before = earlier.dropped_samples;
     }
 
@@ -87,11 +88,12 @@ impl Record {
         &self.base.biased
     }
 
-    /// What goes into a file; `part`: whether the render can go on from it, or it can be merged with others.
-    pub(super) fn metadata(&self, film: &Film, standing: &Standing, counts: &Counts, part: bool) -> Metadata {
-        let part = self.base.part.as_ref().filter(|_| part).map(|base| Part {
-            next_batch: standing.batch,
-            pilot: standing.pilot,
+    /// The metadata of a file; `part`: whether a render can continue from it, or it can be merged
+    /// with others.
+    pub(super) fn metadata(&self, film: &Film, state: &ResumeState, counts: &Counts, part: bool) -> Metadata {
+        let part = self.base.part.as_ref().filter(|_| part).map(|base| RenderPart {
+            next_batch: state.batch,
+            pilot: state.pilot,
             paths: self.before.paths + counts.paths,
             rays: self.before.rays + counts.rays,
             truncated: self.before.truncated + counts.truncated,
@@ -99,7 +101,7 @@ impl Record {
             ..base.clone()
         });
         Metadata {
-            sample_range: [standing.first.into(), standing.next.into()],
+            sample_range: [state.first.into(), state.next.into()],
             batches: film.degrees_of_freedom(0).round() as u32 + 1,
             dropped_samples: self.dropped(counts),
             part,
@@ -115,7 +117,7 @@ fn biased(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded) -> Vec<String
     integrator.into_iter().chain(bounces).chain(clamp).chain(loaded.missing.iter().cloned()).collect()
 }
 
-/// What shapes the picture.
+/// The settings that decide the image.
 fn settings(args: &RenderArgs, method: &MethodArgs, loaded: &Loaded, path_reuse: bool) -> RenderSettings {
     let view = &loaded.view;
     RenderSettings {

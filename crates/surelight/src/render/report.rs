@@ -42,7 +42,7 @@ impl Finished<'_> {
             resumed_from: self.resumed_from.clone(),
             target_spp: self.target_spp(),
             crop: self.record.beginning().crop,
-            sample_range: [self.standing.first, self.standing.next],
+            sample_range: [self.state.first, self.state.next],
             checkpoint: self.checkpoint.as_ref().map(|path| path.display().to_string()),
             pixel_samples: self.pixel_samples(),
             paths: before.paths + self.counts.paths,
@@ -72,7 +72,7 @@ impl Finished<'_> {
         }
     }
 
-    /// The fewest and the most samples of a pixel.
+    /// The smallest and the largest number of samples of a pixel.
     fn pixel_samples(&self) -> [u64; 2] {
         let samples = || (0..self.film.pixels().len()).map(|i| self.film.samples(i));
         [samples().min().unwrap_or(0), samples().max().unwrap_or(0)]
@@ -87,7 +87,7 @@ impl Finished<'_> {
         let Convergence { half_width, certified } = precision.reach(&self.film, &certificate);
         let finite = |half_width: f64| (half_width < f64::INFINITY).then_some(half_width);
         let chosen = certificate.provisional.iter().zip(&certificate.reachable).map(|(&light, &r)| light && r);
-        let provisional = finite(precision.half_width(&self.film, &chosen.collect::<Vec<_>>()));
+        let provisional = finite(precision.half_width(&self.film, &chosen.collect::<Vec<_>>(), &certificate.reachable));
         Intervals {
             certified,
             provisional: provisional
@@ -99,13 +99,13 @@ impl Finished<'_> {
         }
     }
 
-    /// Samples a pixel in the film.
+    /// Samples per pixel in the film.
     fn spp(&self) -> u64 {
-        (self.standing.next - self.standing.first).into()
+        (self.state.next - self.state.first).into()
     }
 
-    /// Samples a pixel that were asked for.
+    /// Samples per pixel that were requested.
     fn target_spp(&self) -> Option<u32> {
-        self.goal.end.or(self.goal.spp).map(|end| end - self.standing.first)
+        self.goal.end.or(self.goal.spp).map(|end| end - self.state.first)
     }
 }

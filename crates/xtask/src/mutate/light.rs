@@ -107,7 +107,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 38,
         mistake: "light that goes through glass counted as light that is scattered",
-        file: "crates/prepare/src/light_flow.rs",
+        file: "crates/prepare/src/light_flow/follow.rs",
         from: "if aimed == (events > 0) { scattered }",
         to: "if !aimed { scattered }",
         binary: BINARY,

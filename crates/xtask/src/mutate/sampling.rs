@@ -44,8 +44,8 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 21,
         mistake: "adaptive pixels' sums are taken for those of as many samples as all have",
-        file: "crates/render/src/renderer.rs",
-        from: "map_or(samples, |(shares, _)| shares.samples([x, y], samples));",
+        file: "crates/render/src/accumulator.rs",
+        from: "map_or(samples, |shares| shares.samples([x, y], samples));",
         to: "map_or(samples, |_| samples);",
         binary: BINARY,
         test: "adaptive::blocks_are_pictures_of_their_own_samples",

@@ -1,22 +1,24 @@
-//! Where a render stands.
+//! The state that a render resumes from.
 
 use surelight_prepare::Batches;
 
-/// Where a render stands: what it takes to go on with it, beside the film. The default is its beginning.
+/// The state of a render beside its film, from which another run can continue. The default is its
+/// beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
+pub struct ResumeState {
     /// The first sample of this part of the render.
     pub first: u32,
     /// The film holds the samples from the first up to this one, which is the next to be traced.
     pub next: u32,
     /// Number of the next batch.
     pub batch: u32,
-    /// With a precision, what its pilot found: the samples that batches are planned for, and those before the first look.
+    /// With a precision, what its pilot found: the samples that batches are planned for, and those
+    /// before the first check.
     pub pilot: Option<[u32; 2]>,
 }
 
-impl Standing {
-    /// Before sample `first` of a render of `spp` samples a pixel.
+impl ResumeState {
+    /// Before sample `first` of a render of `spp` samples per pixel.
     ///
     /// # Errors
     /// Where no batch ends there: the nearest samples on either side where one does.

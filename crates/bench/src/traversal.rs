@@ -1,9 +1,11 @@
-//! How much of the device's time the walk through the BVH takes.
+//! The share of the device's time that traversal of the BVH takes.
 //!
-//! The kernel is one, and no clock can be read within it. But it can be made to walk every ray twice: the picture stays the same, and what it takes longer
-//! is what a walk takes. The rest is shading, sampling, and keeping states between dispatches.
+//! The kernel is one, and no clock can be read within it. But it can be made to traverse every ray
+//! twice: the image stays the same, and the additional time is that of traversal. The rest is
+//! shading, sampling, and keeping states between dispatches.
 
-use surelight_render::{Device, Instrument, Prepared, RenderError, Renderer};
+use surelight_prepare::{Instrument, Prepared};
+use surelight_render::{Device, RenderError, Renderer, instrument};
 
 use crate::{
     analysis::Interval,
@@ -12,7 +14,7 @@ use crate::{
     tracer::{Run, Subject},
 };
 
-/// Pairs of measurements, with one walk and with two.
+/// Pairs of measurements, with one traversal and with two.
 const ROUNDS: u32 = 5;
 
 /// Seconds of a measurement, about.
@@ -35,17 +37,17 @@ pub(crate) fn measure(
     let mut renderer = Renderer::new(device, &prepared)?;
     let mut run = Run::new(&settings, STREAM, &renderer);
     run.grow_to(&mut renderer, 1, Some(1), go_on)?;
-    let samples = (SECONDS / run.wall_seconds.max(1e-4)).clamp(1.0, 256.0) as u32;
+    let samples = (SECONDS / run.wall_seconds().max(1e-4)).clamp(1.0, 256.0) as u32;
     let mut shares = Vec::new();
     for _ in 0..ROUNDS {
         let mut seconds = [0.0; 2];
-        for walks in [1, 2] {
-            renderer.set_walks(walks);
+        for traversals in [1, 2] {
+            instrument::set_traversals_per_ray(&mut renderer, traversals);
             let before = run.seconds(clock);
-            if !run.grow_to(&mut renderer, run.spp + samples, Some(samples.min(16)), go_on)? {
+            if !run.grow_to(&mut renderer, run.spp() + samples, Some(samples.min(16)), go_on)? {
                 return Ok(None);
             }
-            seconds[walks as usize - 1] = run.seconds(clock) - before;
+            seconds[traversals as usize - 1] = run.seconds(clock) - before;
         }
         shares.push(seconds[1] / seconds[0].max(1e-9) - 1.0);
     }

@@ -1,12 +1,12 @@
-//! The records that host code lays out by itself, stated for comparison with what composed shaders say.
+//! Layouts of the records that host code declares, for comparison with those of composed shaders.
 
 use surelight_film::BatchSum;
 use surelight_prepare::{RecordLayout, host_layout};
 
 use crate::pass::{Control, EmissionPass, FeaturePixel, Pass};
 
-/// Each record of fixed layout that the host shares with shaders, by its name in WGSL: those of passes, and
-/// those of the scene ([`surelight_prepare::host_layouts`]).
+/// Each record of fixed layout that the host shares with shaders, by its name in WGSL: those of
+/// passes, and those of the scene ([`surelight_prepare::host_layouts`]).
 ///
 /// Fields called `pad…` are what WGSL inserts by itself.
 pub fn host_layouts() -> Vec<(&'static str, RecordLayout)> {
