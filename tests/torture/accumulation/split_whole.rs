@@ -74,10 +74,10 @@ fn split_whole_by_tiles() {
     let prepared = cornell(6);
     let mut renderer = Renderer::new(device(), &prepared).unwrap_or_else(|e| panic!("{e}"));
     let whole = passes(&mut renderer, &[BATCHES]);
-    for most_lanes in [1, 500, 1000] {
-        let mut tiled = instrument::with_lanes(device(), &prepared, most_lanes).unwrap_or_else(|e| panic!("{e}"));
-        assert!(tiled.lanes() < renderer.lanes(), "{most_lanes} lanes make no tiles");
-        assert!(bits(&passes(&mut tiled, &[BATCHES])) == bits(&whole), "tiles of {most_lanes} lanes differ");
+    for max_lanes in [1, 500, 1000] {
+        let mut tiled = instrument::with_lanes(device(), &prepared, max_lanes).unwrap_or_else(|e| panic!("{e}"));
+        assert!(tiled.lanes() < renderer.lanes(), "{max_lanes} lanes make no tiles");
+        assert!(bits(&passes(&mut tiled, &[BATCHES])) == bits(&whole), "tiles of {max_lanes} lanes differ");
     }
 }
 

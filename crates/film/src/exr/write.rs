@@ -40,8 +40,9 @@ const REC_709: Chromaticities = Chromaticities {
 /// pixel has two batches; a single pixel without a variance holds infinity, which means *unknown*.
 /// A crop's data window is its place in the display window, which is the whole image.
 ///
-/// Where the metadata say that it is a [`crate::RenderPart`], the totals of all pixels go with it, bit
-/// for bit, as unsigned channels `Moments.00` and so on: [`crate::read_part`] gives back the film.
+/// Where the metadata say that it is a [`crate::RenderPart`], the totals of all pixels go with it,
+/// bit for bit, as unsigned channels `Moments.00` and so on: [`crate::read_part`] gives back the
+/// film.
 ///
 /// # Errors
 /// Where the file cannot be written; the target is then as it was.

@@ -51,8 +51,8 @@ pub(super) fn follow(input: &FlowInput, emission: &Emission, aimed: bool, u: f64
         let is_pane = is_pane(material, material.roughness < SMOOTH);
         let scattered = (1.0 - delta.total()).max(0.0) * delta.rest * mean_albedo(material);
         let through = if is_pane { delta.transmitted } else { 0.0 };
-        // What ends here, what passes straight through, and what a delta sends on; aimed rays land
-        // after a delta alone, and others have none.
+        // Light that ends here, passes straight through, or continues by a delta lobe; aimed rays
+        // land after a delta alone, and others have none.
         let land = if aimed == (events > 0) { scattered } else { 0.0 };
         let bounce = if aimed && events < MAX_EVENTS { delta.reflected + delta.transmitted - through } else { 0.0 };
         let (event, probability) = choose_event([land, through, bounce], &mut u)?;
@@ -108,7 +108,7 @@ impl<'a> Facing<'a> {
 }
 
 /// Chooses an event by its share: its index, and the probability. Events of weak shares have a
-/// fifth at least, so that they are met. `u` is uniform in [0, 1), and is again afterwards.
+/// fifth at least, so that they are chosen. `u` is uniform in [0, 1), and is again afterwards.
 fn choose_event<const N: usize>(shares: [f64; N], u: &mut f64) -> Option<(usize, f64)> {
     let total: f64 = shares.iter().sum();
     let chances = shares.map(|share| if share > 0.0 { (share / total).max(0.2) } else { 0.0 });

@@ -50,7 +50,7 @@ pub(crate) struct LightFlow {
     pub(crate) chance_noise: f64,
 }
 
-/// What the analysis reads.
+/// Inputs of the analysis.
 pub(super) struct FlowInput<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a Accel,

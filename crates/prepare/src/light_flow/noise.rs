@@ -62,7 +62,7 @@ fn importance(input: &FlowInput, photon: &Photon) -> f64 {
     let area = 4.0 * right.length() * up.length();
     let distance = if orthographic { depth } else { to_point.length() };
     let direction = if orthographic { forward } else { to_point / distance };
-    // What the near plane cuts hides nothing.
+    // Surfaces before the near plane hide nothing.
     let start = input.planes.start(photon.position - direction * distance, direction);
     let left = (photon.position - start).dot(direction);
     let hit = input.accel.intersect(&Ray::new(start.as_vec3(), direction.as_vec3()));

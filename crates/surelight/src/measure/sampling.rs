@@ -52,7 +52,7 @@ pub(super) struct Plan {
     batches: u32,
     deadline: Option<Instant>,
     pub(super) pilot_samples: u64,
-    /// What it means that all batches are traced.
+    /// The reason recorded when all batches are traced.
     end: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! What the host does before the device has work: scene, light, camera, settings.
+//! The host's work before that of the device: scene, light, camera, settings.
 
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ pub(crate) fn adapter_choice(adapter: Option<&Selector>) -> AdapterChoice {
     }
 }
 
-/// What the options ask for, but for an integrator that is still to be chosen.
+/// The settings of the options, without an integrator that is still to be chosen.
 pub(super) fn settings(args: &RenderArgs, view: &View) -> Settings {
     Settings {
         max_bounces: args.max_bounces.0,

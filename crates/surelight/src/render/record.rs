@@ -11,7 +11,7 @@ use crate::options::{Clip, LightArgs, RenderArgs};
 
 use super::prepare::Loaded;
 
-/// What is known of a render before its first sample; and what earlier runs of it did.
+/// The record of a render before its first sample, and that of its earlier runs.
 #[derive(Clone, Debug)]
 pub(super) struct Record {
     /// Its metadata, but for samples.
@@ -61,7 +61,7 @@ impl Record {
         &self.base
     }
 
-    /// Goes on with what earlier runs did, `paths` in all; `extends`: with more samples than they
+    /// Continues the record of earlier runs, `paths` in all; `extends`: with more samples than they
     /// planned.
     pub(super) fn after(&mut self, earlier: &Metadata, paths: u64, extends: bool) {
         self.one_sequence |= earlier.has_one_sequence();

@@ -1,4 +1,4 @@
-//! What a render that has ended says of itself in the summary.
+//! The summary of a render that has ended.
 
 use surelight_film::{Convergence, Precision};
 use surelight_render::Outcome;
@@ -20,7 +20,7 @@ impl Finished<'_> {
         let truncated = before.truncated + self.counts.truncated;
         if truncated > 0 {
             warnings.push(format!(
-                "{} rays met so many boxes of the BVH that they were given up; what they would have found is missing",
+                "{} rays hit so many boxes of the BVH that they were cut short; their light is missing",
                 truncated
             ));
         }
@@ -78,7 +78,7 @@ impl Finished<'_> {
         [samples().min().unwrap_or(0), samples().max().unwrap_or(0)]
     }
 
-    /// What the error bars promise.
+    /// The guarantee of the error bars.
     fn intervals(&self) -> Intervals {
         let stop = &self.args.stop;
         let precision =
