@@ -43,8 +43,8 @@ pub struct Constant {
 
 /// Composes `root` (for example `package::kernel::path`) for a kernel key.
 ///
-/// `constants` become the module `package::generated`. The result is stripped of everything that the entry points do not
-/// reach, then validated by naga.
+/// `constants` become the module `package::generated`. The result is stripped of everything that
+/// the entry points do not reach, then validated by naga.
 pub fn compose(root: &str, key: &KernelKey, constants: &[Constant]) -> Result<Composed, PrepareError> {
     compose_with(root, key, constants, None)
 }
@@ -54,7 +54,7 @@ pub fn shader_modules() -> &'static [(&'static str, &'static str)] {
     MODULES
 }
 
-/// Likewise from other modules than this crate's own, given as their paths and sources.
+/// Composes from other modules than this crate's own, given as their paths and sources.
 pub fn compose_modules(
     root: &str,
     key: &KernelKey,
@@ -65,7 +65,7 @@ pub fn compose_modules(
     compose_all(root, key, constants, modules)
 }
 
-/// Likewise, with a module more, given as its path and source.
+/// Composes with one more module, given as its path and source.
 pub fn compose_with(
     root: &str,
     key: &KernelKey,

@@ -1,4 +1,4 @@
-//! What the composed shader says about itself: record layouts and bindings, so that neither is stated twice.
+//! Reflection of composed shaders: record layouts and bindings, so that neither is stated twice.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -18,7 +18,8 @@ pub struct RecordLayout {
 }
 
 impl RecordLayout {
-    /// The layout of a struct in a composed shader; `None` when it is not there (stripped because unused).
+    /// The layout of a struct in a composed shader; `None` when it is not there (stripped because
+    /// unused).
     pub fn of(shader: &Composed, name: &str) -> Option<Self> {
         shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
             naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => Some(Self {

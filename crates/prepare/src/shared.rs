@@ -17,8 +17,8 @@ macro_rules! shared_constants {
     };
 }
 
-/// Declares `repr(C)` records for Rust and structs for WGSL. The text after `=` is a field's type in WGSL; fields
-/// whose names begin with `pad` are those that WGSL inserts by itself.
+/// Declares `repr(C)` records for Rust and structs for WGSL. The text after `=` is a field's type
+/// in WGSL; fields whose names begin with `pad` are those that WGSL inserts by itself.
 macro_rules! shared_records {
     ($($(#[doc = $doc:literal])* $record:ident as $wgsl:literal {
         $($(#[doc = $field_doc:literal])* $field:ident: $ty:ty = $field_type:literal,)*
@@ -64,7 +64,8 @@ shared_constants! {
 
     /// Lanes of a workgroup: 8 × 8.
     WORKGROUP_LANES: u32 = 64;
-    /// Samples of a lane of the integration kernel: few, so that rounding of its f32 sum stays small.
+    /// Samples of a lane of the integration kernel: few, so that rounding of its f32 sum stays
+    /// small.
     INTEGRATION_CHUNK: u32 = 64;
     /// Most dimensions of a formula that is integrated.
     MAX_DIMENSIONS: u32 = 10;
@@ -95,8 +96,8 @@ shared_constants! {
 
     /// In the shape of an area light, beside its material: it is a parallelogram, else a triangle.
     PARALLELOGRAM: u32 = 1 << 31;
-    /// In the shape of an area light: a mirroring instance turned the triangle over, so that `e1` and `e2` are the
-    /// edges to its third and second corner.
+    /// In the shape of an area light: a mirroring instance turned the triangle over, so that `e1`
+    /// and `e2` are the edges to its third and second corner.
     MIRRORED: u32 = 1 << 30;
     /// Marks a link of the light tree: it leads to a light.
     LIGHT_LEAF: u32 = 1 << 31;
@@ -129,7 +130,8 @@ shared_records! {
         origin: [f32; 3] = "vec3f",
         /// Metres.
         lens_radius: f32 = "f32",
-        /// From the middle of the image to its right edge, at unit distance (metres when orthographic).
+        /// From the middle of the image to its right edge, at unit distance (metres when
+        /// orthographic).
         right: [f32; 3] = "vec3f",
         /// Distance of the plane in focus, metres.
         focus: f32 = "f32",
@@ -151,7 +153,8 @@ shared_records! {
         environment_size: [u32; 2] = "vec2u",
         /// That light sampling chooses the environment.
         environment_probability: f32 = "f32",
-        /// An emissive triangle's weight times this is the pdf of its points by light sampling, 1/m².
+        /// An emissive triangle's weight times this is the pdf of its points by light sampling,
+        /// 1/m².
         light_density: f32 = "f32",
         /// Entries of the light table.
         light_count: u32 = "u32",
@@ -159,7 +162,8 @@ shared_records! {
         max_radiance: f32 = "f32",
     }
 
-    /// An entry of the alias table over all lights (Vose 1991): half by power, half to each emitter alike.
+    /// An entry of the alias table over all lights (Vose 1991): half by power, half to each emitter
+    /// alike.
     LightEntry as "LightEntry" {
         /// Up to here its part of the slot, beyond it the alias's.
         threshold: f32 = "f32",
@@ -183,8 +187,8 @@ shared_records! {
         shape: u32 = "u32",
         /// To the third corner.
         e2: [f32; 3] = "vec3f",
-        /// Luminance of the mean emission times its emitter's share: times `View::light_density`, the mean pdf per
-        /// area. With a tree, one over its area.
+        /// Luminance of the mean emission times its emitter's share: times `View::light_density`,
+        /// the mean pdf per area. With a tree, one over its area.
         weight: f32 = "f32",
     }
 
@@ -210,7 +214,8 @@ shared_records! {
         center: [f32; 3] = "vec3f",
         /// Of their places: the mean squared distance from there.
         variance: f32 = "f32",
-        /// Mean of their normals by power, x and y as two 16-bit snorms; two-sided lights count as 0.
+        /// Mean of their normals by power, x and y as two 16-bit snorms; two-sided lights count as
+        /// 0.
         normal_xy: u32 = "u32",
         /// Its z.
         normal_z: f32 = "f32",
@@ -238,7 +243,8 @@ shared_records! {
         width: u32 = "u32",
         /// Rows.
         height: u32 = "u32",
-        /// Bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 nearest, 5 sRGB, from 8 the UV set.
+        /// Bits 0–1 wrap s, 2–3 wrap t (0 repeat, 1 mirror, 2 clamp), 4 nearest, 5 sRGB, from 8 the
+        /// UV set.
         flags: u32 = "u32",
         /// (u, v) are transformed to (dot(row_u, (u, v, 1)), dot(row_v, (u, v, 1))).
         row_u: [f32; 3] = "vec3f",
@@ -318,7 +324,8 @@ shared_records! {
         lanes: u32 = "u32",
         /// 1: states begin anew.
         restart: u32 = "u32",
-        /// Weight of a particle in a pixel's sample: 1 / particles emitted per sample of all pixels.
+        /// Weight of a particle in a pixel's sample: 1 / particles emitted per sample of all
+        /// pixels.
         worth: f32 = "f32",
         /// 1 / unit of the sums.
         quantum: f32 = "f32",
@@ -348,8 +355,8 @@ shared_records! {
     BatchRecord as "BatchSum" {
         /// Of radiance.
         sum: [f32; 3] = "vec3f",
-        /// Upper bits of two f32: 20 of the largest luminance of a sample, never 0, and 12 of the sum of squared
-        /// luminances.
+        /// Upper bits of two f32: 20 of the largest luminance of a sample, never 0, and 12 of the
+        /// sum of squared luminances.
         tail: u32 = "u32",
     }
 

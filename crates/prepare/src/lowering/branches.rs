@@ -1,8 +1,8 @@
 //! Branches that are worth a jump.
 //!
-//! Shaders mark an `if` with `@branch` where its body is long and most lanes skip it. A GPU jumps over it as it
-//! is. A CPU driver runs the body for no lane at all, masked, and jumps only at the end of a loop: for it the
-//! statement becomes a loop that runs once.
+//! Shaders mark an `if` with `@branch` where its body is long and most lanes skip it. A GPU jumps
+//! over it as it is. A CPU driver runs the body for no lane at all, masked, and jumps only at the
+//! end of a loop: for it the statement becomes a loop that runs once.
 //!
 //! ```wgsl
 //! @branch if (condition) { body }
@@ -23,8 +23,8 @@ const ITERATIONS: u32 = 2;
 
 /// Replaces every marked `if` by a loop that runs once (`loops`), or removes the marks.
 ///
-/// The error names a marked statement that no loop can replace: one with an `else`, or whose body leaves an outer
-/// loop.
+/// The error names a marked statement that no loop can replace: one with an `else`, or whose body
+/// leaves an outer loop.
 pub(crate) fn lower_branches(kernel: &mut TranslationUnit, loops: bool) -> Result<(), String> {
     let mut error = None;
     for declaration in &mut kernel.global_declarations {

@@ -1,23 +1,24 @@
 //! Read-only arrays of the scene as images.
 //!
-//! CPU drivers take a lane's word from a storage buffer in a loop over the lanes, some 160 instructions a word; a
-//! texel of four words from an image takes 45. This pass replaces each array of bind group 0 by an image of
-//! `rgba32uint` texels, 4096 a row, that holds the same bytes, and each access by a call of a function that
-//! assembles the element.
+//! CPU drivers take a lane's word from a storage buffer in a loop over the lanes, some 160
+//! instructions a word; a texel of four words from an image takes 45. This pass replaces each array
+//! of bind group 0 by an image of `rgba32uint` texels, 4096 a row, that holds the same bytes, and
+//! each access by a call of a function that assembles the element.
 
 use std::fmt::Write;
 
 use naga::{AddressSpace, Scalar, ScalarKind, TypeInner, VectorSize};
-use wesl::syntax::{Declaration, Expression, GlobalDeclaration, TranslationUnit};
+use wesl::syntax::{Declaration, Expression, GlobalDeclaration, Statement, TranslationUnit};
 
-use super::visit::each_expression;
+use super::visit::{each_expression, each_statement};
 
 /// Texels in a row of an image in place of a buffer; 16 bytes each.
 pub const IMAGE_WIDTH: u32 = 4096;
 
 /// Replaces the arrays. `module` is what naga makes of the kernel.
 ///
-/// The error names an array whose elements are not made of whole words, or whose name a local variable hides.
+/// The error names an array whose elements are not made of whole words, or whose name a local
+/// variable hides.
 pub(crate) fn arrays_to_images(kernel: &mut TranslationUnit, module: &naga::Module) -> Result<(), String> {
     for (_, global) in module.global_variables.iter() {
         let (Some(name), Some(binding)) = (&global.name, &global.binding) else { continue };
@@ -34,7 +35,8 @@ pub(crate) fn arrays_to_images(kernel: &mut TranslationUnit, module: &naga::Modu
     Ok(())
 }
 
-/// Replaces the array `name`, and each `name[index]` by a call of `load_name`, which `loader` declares.
+/// Replaces the array `name`, and each `name[index]` by a call of `load_name`, which `loader`
+/// declares.
 fn replace(kernel: &mut TranslationUnit, name: &str, loader: &str) -> Result<(), String> {
     let parsed = |text: &str| text.parse::<TranslationUnit>().map_err(|e| format!("{text}: {e}"));
     let image = parsed(&format!("var {name}: texture_storage_2d<rgba32uint, read>;"))?;
@@ -54,6 +56,11 @@ fn replace(kernel: &mut TranslationUnit, name: &str, loader: &str) -> Result<(),
                     return Err(format!("a parameter of {} hides the array {name}", function.ident));
                 }
                 let mut error = None;
+                each_statement(&mut function.body, &mut |statement| {
+                    if matches!(statement, Statement::Declaration(local) if *local.ident.name() == name) {
+                        error = Some(format!("a variable of a function hides the array {name}"));
+                    }
+                });
                 each_expression(&mut function.body, &mut |expression| {
                     let Expression::Indexing(access) = expression else { return };
                     if !matches!(access.base.node(), Expression::TypeOrIdentifier(base) if *base.ident.name() == name) {
@@ -191,6 +198,10 @@ mod tests {
         }
         assert!(text.contains("load_records(u32(load_words(u32(load_words(u32(2)) + 1u))))"), "{text}");
         assert!(text.contains("words_apart[load_words(u32(0))]"), "{text}");
+        let hidden = "@group(0) @binding(0) var<storage, read> words: array<u32>; fn f() { let words = 1u; }";
+        let mut kernel: TranslationUnit = hidden.parse().unwrap();
+        let module = naga::front::wgsl::parse_str(hidden).unwrap();
+        assert!(arrays_to_images(&mut kernel, &module).unwrap_err().contains("hides the array words"));
         // 32 bytes a record: its third field opens the second texel.
         assert!(text.contains("bitcast<vec2<f32>>(t1.xy), bitcast<f32>(t1.z), bitcast<i32>(t1.w)"), "{text}");
     }
