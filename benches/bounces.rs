@@ -71,7 +71,7 @@ fn measure(scene: &Scene, folder: Option<&Path>) {
         all.repeat(REPEATS)
     };
     let [all, none] = [asking(1.0), asking(0.0)];
-    let entry = ["package::probe::walk", "probe_walk"];
+    let entry = ["package::probe::traversal", "probe_traversal"];
     let probe = Probe::new::<ProbeRays, ProbeHit>(device(), &prepared, entry, &all, all.len(), Checks::Trusted)
         .unwrap_or_else(|e| panic!("{}: {e}", scene.name));
     let run = || {

@@ -12,7 +12,7 @@ use crate::render::device;
 /// Farther than anything.
 pub const FAR: f32 = 3.0e38;
 
-/// `ProbeRays` of shaders/probe/walk.wesl.
+/// `ProbeRays` of shaders/probe/traversal.wesl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct ProbeRays {
@@ -51,7 +51,7 @@ impl ProbeRays {
     }
 }
 
-/// `ProbeHit` of shaders/probe/walk.wesl.
+/// `ProbeHit` of shaders/probe/traversal.wesl.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ProbeHit {
@@ -106,7 +106,7 @@ pub fn lone(mesh: Mesh, build: BuildOptions) -> (Scene, Prepared) {
 
 /// Traverses on the device; some rays may have been cut short.
 pub fn try_traverse(prepared: &Prepared, rays: &[ProbeRays]) -> Vec<ProbeHit> {
-    run_probe(device(), prepared, "package::probe::walk", "probe_walk", rays, rays.len())
+    run_probe(device(), prepared, "package::probe::traversal", "probe_traversal", rays, rays.len())
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
