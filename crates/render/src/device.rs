@@ -1,10 +1,11 @@
 //! Finding an adapter and opening it, with its real limits and its errors caught.
 
-use std::sync::{Arc, Mutex};
-
 use bytemuck::{AnyBitPattern, NoUninit};
 
-use crate::error::{RenderError, Source};
+use crate::{
+    device_loss::LossWatch,
+    error::{RenderError, Source},
+};
 
 /// Which adapter to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -50,7 +51,7 @@ pub struct Device {
     pub info: AdapterInfo,
     pub(crate) limits: wgpu::Limits,
     images: bool,
-    lost: Arc<Mutex<Option<String>>>,
+    loss: LossWatch,
 }
 
 fn instance() -> wgpu::Instance {
@@ -145,20 +146,10 @@ impl Device {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| RenderError::NoDevice { adapter: info.name.clone(), source: e.into() })?;
-        let lost = Arc::new(Mutex::new(None));
-        let sink = lost.clone();
-        device.set_device_lost_callback(move |_, message| {
-            *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(message)
-        });
-        let sink = lost.clone();
-        // Without a handler an uncaptured error panics; every call of ours is in an error scope, so
-        // this is a last resort.
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            *sink.lock().unwrap_or_else(|e| e.into_inner()) = Some(error.to_string());
-        }));
+        let loss = LossWatch::new(&device);
         // CPU drivers are several times faster at it.
         let images = info.is_cpu && limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS;
-        Ok(Self { device, queue, info, limits, images, lost })
+        Ok(Self { device, queue, info, limits, images, loss })
     }
 
     /// Chooses where kernels read the scene from, for measurements: images or buffers. The image
@@ -191,10 +182,7 @@ impl Device {
 
     /// An error when the driver has dropped the device.
     pub(crate) fn check_lost(&self) -> Result<(), RenderError> {
-        match self.lost.lock().unwrap_or_else(|e| e.into_inner()).as_ref() {
-            Some(message) => Err(RenderError::DeviceLost { adapter: self.info.name.clone(), message: message.clone() }),
-            None => Ok(()),
-        }
+        self.loss.check(&self.info.name)
     }
 
     /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is

@@ -12,6 +12,7 @@ mod accumulator;
 mod adaptive;
 mod counts;
 mod device;
+mod device_loss;
 mod dispatch;
 mod error;
 pub mod instrument;
