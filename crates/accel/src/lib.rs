@@ -7,6 +7,20 @@
 //! [`Accel::intersect`] traverses the same items on the CPU, operation by operation as the kernel
 //! does; [`oracle`] answers the same questions by brute force in f64 from the scene alone.
 //!
+//! ```
+//! use glam::Vec3;
+//! use surelight_accel::{Accel, BuildOptions, Ray};
+//!
+//! let scene = surelight_scenes::cornell_box::cornell_box();
+//! let camera = scene.cameras[0].to_world;
+//! let accel = Accel::build(&scene, camera.translation, &BuildOptions::default())?;
+//! // Along the camera's axis: the box is in front.
+//! let forward = -camera.matrix3.z_axis.as_vec3();
+//! let hit = accel.intersect(&Ray::new(Vec3::ZERO, forward)).expect("a wall");
+//! assert!(hit.t > 0.5);
+//! # Ok::<(), surelight_accel::AccelError>(())
+//! ```
+//!
 //! # Camera space
 //! Positions are made relative to an origin, the camera, in f64 and only then rounded to f32:
 //! geometry near the camera is exact to the last bits however far from the world's origin it is.

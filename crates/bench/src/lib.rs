@@ -5,6 +5,20 @@
 //! them progressively, several times, in turn, and holds every checkpoint against a
 //! [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]:
 //! `data.json` and `data.csv` hold all of it, and everything in the report is computed from it.
+//!
+//! ```no_run
+//! use std::path::Path;
+//! use surelight_bench::report::read_data;
+//!
+//! // Which method is fastest to an error of 2 %, by its report?
+//! let data = read_data(Path::new("report/data.json"))?;
+//! for scene in &data.scenes {
+//!     if let Some((method, seconds)) = scene.ranking(0.02, false).first() {
+//!         println!("{}: {} in {:.1} s", scene.name, scene.methods[*method].name, seconds.value);
+//!     }
+//! }
+//! # Ok::<(), surelight_bench::BenchError>(())
+//! ```
 
 pub mod analysis;
 mod campaign;

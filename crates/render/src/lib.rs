@@ -5,6 +5,22 @@
 //! scene, [`render`] traces until a [`Goal`] is reached. To compile while the BVH is built:
 //! [`Prepared::with_work`], [`PrecompiledKernel::compile`], [`Renderer::with_kernel`].
 //!
+//! ```no_run
+//! use surelight_film::Film;
+//! use surelight_prepare::{Prepared, Settings};
+//! use surelight_render::{AdapterChoice, Device, Goal, Renderer, render};
+//!
+//! let scene = surelight_scenes::cornell_box::cornell_box();
+//! let settings = Settings::new(256, 256);
+//! let prepared = Prepared::new(&scene, &scene.cameras[0], &settings)?;
+//! let device = Device::new(&AdapterChoice::Best)?;
+//! let mut renderer = Renderer::new(&device, &prepared)?;
+//! let mut film = Film::new(settings.width, settings.height);
+//! let goal = Goal { spp: Some(64), ..Goal::default() };
+//! render(&mut renderer, &mut film, &goal, &mut |progress| progress.spp < 64)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`Prepared::new`]: surelight_prepare::Prepared::new
 //! [`Prepared::with_work`]: surelight_prepare::Prepared::with_work
 
