@@ -1,4 +1,4 @@
-//! Tells the crate which commit it is built from, where git knows.
+//! Passes the commit that the crate is built from, where git knows it.
 
 use std::process::Command;
 

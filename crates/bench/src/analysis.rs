@@ -104,7 +104,7 @@ impl SceneData {
     }
 
     /// 1/(relative mean square error · seconds) of each repeat at its last readable checkpoint:
-    /// what a second buys.
+    /// the efficiency per second.
     pub fn efficiencies(&self, method: usize) -> Vec<f64> {
         let last = |repeat| self.path(method, repeat).last().map(|p| 1.0 / (p[2] * p[2] * p[1].max(1e-9)));
         (0..self.repeats).filter_map(last).collect()

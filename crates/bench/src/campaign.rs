@@ -19,7 +19,7 @@ use crate::{
 pub type WatchAll<'w> = dyn FnMut(&str, usize, &Status) -> bool + 'w;
 
 /// Races on every scene and writes the report to `folder`. With `resume`, what an interrupted
-/// campaign left there is gone on with. Returns the data and whether everything was measured; where
+/// campaign left there is continued. Returns the data and whether everything was measured; where
 /// `watch` stopped it, the report holds what there is.
 ///
 /// # Errors
@@ -104,14 +104,14 @@ fn another(then: &Conditions, now: &Conditions, folder: &Path) -> Result<Option<
     Ok((!same).then(|| format!("begun with version {}, resumed with {}", build(then).trim(), build(now).trim())))
 }
 
-/// Whether a race that was interrupted can be gone on with.
+/// Whether a race that was interrupted can be continued.
 fn check(scene: &SceneData, subjects: &[Subject], plan: &Plan, folder: &Path) -> Result<(), BenchError> {
     let wrong = |cause: &str| {
         let cause = format!("cannot be resumed: \"{}\" was raced {cause}", scene.name);
         Err(BenchError::file(folder, cause))
     };
     let Some(subject) = subjects.iter().find(|s| s.name == scene.name) else {
-        return wrong("too, and is not asked for now");
+        return wrong("too, and is not requested now");
     };
     if subject.hash != scene.hash {
         return wrong("with another content");

@@ -35,7 +35,7 @@ pub struct Conditions {
     /// Processes that wanted to run, on average of the last minute before the start; empty where
     /// unknown.
     pub load: String,
-    /// What the user says of the conditions.
+    /// The user's note on the conditions.
     pub note: String,
 }
 

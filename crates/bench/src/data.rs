@@ -1,4 +1,4 @@
-//! What a race measured, as `data.json` keeps it and `data.csv` lists it.
+//! The measurements of a race, as `data.json` keeps it and `data.csv` lists it.
 
 mod table;
 
@@ -59,7 +59,7 @@ pub struct SceneData {
     pub clock: Clock,
     /// Seconds to read the file.
     pub load_seconds: f64,
-    /// What the errors are measured from.
+    /// The reference of the errors.
     pub reference: ReferenceData,
     /// The methods.
     pub methods: Vec<MethodData>,
@@ -68,11 +68,11 @@ pub struct SceneData {
     pub walk: Option<WalkData>,
     /// Checkpoints, in the order in which they were measured.
     pub rows: Vec<Row>,
-    /// What was not as it should be.
+    /// Irregularities.
     pub warnings: Vec<String>,
 }
 
-/// What the errors are measured from.
+/// The reference of the errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceData {
     /// The method that made it, or the file.
@@ -108,7 +108,7 @@ pub struct WalkData {
     pub high: f64,
 }
 
-/// A method and what it took to set it up.
+/// A method and the cost of its setup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodData {
     /// Short name.

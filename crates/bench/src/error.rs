@@ -18,12 +18,12 @@ pub enum BenchError {
     /// An image that could not be read.
     #[error(transparent)]
     Read(#[from] surelight_film::ReadError),
-    /// A report, a list of points or a folder that is not what it should be.
+    /// A report, a list of points or a folder that is malformed.
     #[error("\"{}\" {cause}", path.display())]
     File {
         /// Which.
         path: PathBuf,
-        /// What is wrong, as the end of a sentence.
+        /// The fault, as the end of a sentence.
         cause: String,
     },
     /// A reference that does not fit the scene.

@@ -4,7 +4,7 @@
 //! Every method that both reports have is held against itself, at the largest number of samples
 //! that both have. *Speed* compares the seconds of a sample, *error* the relative mean square error
 //! at equal samples, *picture* the mean radiance, for which no reference is needed. A loss is
-//! called only where it exceeds what is tolerated by more than the spread of repeats explains: the
+//! called only where it exceeds the tolerance by more than the spread of repeats explains: the
 //! probability of any false alarm in the whole comparison is kept below 5 %, by Šidák's correction
 //! over all its tests. Spreads of time are pooled over the methods of a scene, which the same
 //! machine shakes alike.
@@ -26,7 +26,7 @@ use crate::{
 /// Probability of any false alarm in a comparison: a third of it for each kind of test.
 const ALPHA: f64 = 0.05;
 
-/// What is no loss yet.
+/// Tolerances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tolerance {
     /// Share by which time or error may grow: machines differ from day to day.
@@ -58,18 +58,18 @@ pub struct MethodChange {
     /// Relative difference of the mean radiance, with its interval; `None` where its error is
     /// unknown.
     pub mean: Option<Interval>,
-    /// Losses beyond what is tolerated and what chance explains.
+    /// Losses beyond the tolerance and chance.
     pub losses: Vec<String>,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Every method that both have.
     pub methods: Vec<MethodChange>,
     /// What could not be compared.
     pub notes: Vec<String>,
-    /// What was tolerated.
+    /// The tolerances.
     pub tolerance: Tolerance,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of
 //! them progressively, several times, in turn, and holds every checkpoint against a
-//! [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]:
+//! [`measure::Reference`] whose own noise is taken off. The measurements are [`data::Data`]:
 //! `data.json` and `data.csv` hold all of it, and everything in the report is computed from it.
 //!
 //! ```no_run

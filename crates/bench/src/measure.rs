@@ -1,7 +1,7 @@
 //! How far a film is from the reference, by the truth and by its own account.
 //!
 //! The reference is noisy, too. Where its variance is known it is taken off: E(x − r)² = Var x +
-//! bias² + Var r, so what is left is the error that the picture would have against a perfect
+//! bias² + Var r, so the remainder is the error that the picture would have against a perfect
 //! reference, without bias.
 
 use surelight_estimate::student_t_quantile;
@@ -10,8 +10,8 @@ use surelight_film::{
     compare::{Picture, mean_flip},
 };
 
-/// Of the mean radiance squared, what is added to a pixel's own square in relative errors: dark
-/// pixels do not rule them.
+/// The part of the squared mean radiance that is added to a pixel's own square in relative errors:
+/// dark pixels do not rule them.
 pub const EPSILON: f64 = 0.01;
 
 /// Confidence of the intervals whose coverage is counted.
@@ -51,7 +51,7 @@ pub struct Errors {
     pub coverage: Option<f64>,
 }
 
-/// What a reference knows of itself.
+/// A reference's own error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OwnError {
     /// Mean over pixels and channels.
@@ -123,7 +123,7 @@ impl Reference {
         (EPSILON * self.mean().powi(2)).max(f64::MIN_POSITIVE)
     }
 
-    /// What it knows of its own error.
+    /// Its own error.
     pub fn own_error(&self) -> OwnError {
         let floor = self.floor();
         let mut sums = Sums::of(self, self.reuses_paths);

@@ -1,5 +1,5 @@
-//! What is raced: a method is an integrator, a sampler and the switches that change what a path may
-//! do.
+//! The methods of a race: a method is an integrator, a sampler and the switches that a path's
+//! estimator depends on.
 
 use serde::{Deserialize, Serialize};
 use surelight_prepare::{Directions, Integrator, PathReuse, Sampler, Settings};

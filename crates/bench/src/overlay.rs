@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told() {
+    fn faults_are_reported() {
         for (text, words) in [
             ("", "is empty"),
             ("scene,renderer,seconds\n", "no column \"rel_mse\""),

@@ -1,4 +1,4 @@
-//! What a path costs: renderers traced in turn, so that a machine that drifts favours none.
+//! The cost of a path: renderers traced in turn, so that a machine that drifts favours none.
 
 use std::time::Instant;
 

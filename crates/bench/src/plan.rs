@@ -34,7 +34,7 @@ pub struct Plan {
     pub exposure: f64,
 }
 
-/// Of the time that all methods have together, what is spent on the reference.
+/// The part of the time of all methods together that is spent on the reference.
 pub(crate) const REFERENCE_SHARE: f64 = 0.5;
 
 /// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody

@@ -22,9 +22,9 @@ use crate::{
 /// Progress of a race.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// What is being done.
+    /// The current work.
     pub stage: String,
-    /// Of the whole work, what is done, 0 to 1.
+    /// The finished part of the whole work, 0 to 1.
     pub share: f64,
     /// Seconds since it began.
     pub seconds: f64,
@@ -105,7 +105,7 @@ impl Race<'_, '_> {
         Ok(Some(setups))
     }
 
-    /// What a sample of each method costs, and which shall make the reference.
+    /// The cost of a sample of each method, and which shall make the reference.
     fn try_out(&mut self) -> Result<Option<Trials>, BenchError> {
         let mut methods = self.plan.methods.clone();
         // The default is tried even where it is not raced: it may have to make the reference.

@@ -1,4 +1,4 @@
-//! Short trials before the race: what a sample of each method costs, and which method without bias
+//! Short trials before the race: the cost of a sample of each method, and which method without bias
 //! is to make the reference.
 
 use std::time::Instant;
@@ -30,7 +30,7 @@ const STREAM: u32 = u16::MAX as u32;
 /// not believed: a method that has not found its bright paths yet seems better than it is.
 const HEAVIER: f64 = 1.1;
 
-/// What a trial showed.
+/// The result of a trial.
 struct Tried {
     cost: Cost,
     films: Vec<Film>,
@@ -151,8 +151,8 @@ fn reason(best: Integrator, usual: Integrator, trials: &[Trial], unbelieved: usi
     text
 }
 
-/// Mean over pixels of what a single sample makes of the squared deviations, all rounds together: 1
-/// where one sample decides everything.
+/// Mean over pixels of the share of a single sample in the squared deviations, all rounds together:
+/// 1 where one sample decides everything.
 fn heaviness(films: &[Film]) -> f64 {
     let Some((first, rest)) = films.split_first() else { return 1.0 };
     let mut all = first.clone();

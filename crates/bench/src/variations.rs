@@ -23,13 +23,13 @@ enum Family {
     Area,
     Mis,
     Caustics,
-    /// What the scene decides.
+    /// Choices of the scene.
     Auto,
     Whitted,
 }
 
 impl Variations {
-    /// Adds what a switch may be, such as `max-bounces=4,8,unlimited`.
+    /// Adds the values of a switch, such as `max-bounces=4,8,unlimited`.
     ///
     /// # Errors
     /// A sentence where there is no such switch or value, or the switch was given before.
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn slips_of_the_finger_are_told() {
+    fn slips_of_the_finger_are_reported() {
         for (wrong, word) in [
             ("bounces=4", "there is no switch"),
             ("max-bounces", "expected an option"),

@@ -182,8 +182,8 @@ impl Accumulator {
         Ok(Some(traced))
     }
 
-    /// Adds what was traced to the film. `samples`: of a batch's pixel, unless it has another share
-    /// of them.
+    /// Adds the traced batches to the film. `samples`: of a batch's pixel, unless it has another
+    /// share of them.
     pub(crate) fn add_to_film(
         &self,
         film: &mut Film,

@@ -47,7 +47,7 @@ pub struct AdapterInfo {
 pub struct Device {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// What it is.
+    /// Its description.
     pub info: AdapterInfo,
     pub(crate) limits: wgpu::Limits,
     images: bool,
@@ -165,7 +165,7 @@ impl Device {
         self.images
     }
 
-    /// Runs `work` inside error scopes and turns what they catch into a [`RenderError::Device`].
+    /// Runs `work` inside error scopes and turns their errors into a [`RenderError::Device`].
     pub(crate) fn scoped<T>(&self, what: &str, work: impl FnOnce() -> T) -> Result<T, RenderError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);

@@ -39,13 +39,13 @@ pub enum RenderError {
     DeviceLost {
         /// Its name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         message: String,
     },
     /// The driver refused something.
     #[error("the device refused {what}: {source}")]
     Device {
-        /// What was being done.
+        /// The work that failed.
         what: String,
         /// Its message.
         source: Source,
@@ -67,7 +67,7 @@ pub enum RenderError {
     /// A dispatch did not do all its work.
     #[error("the driver lost work: {message}; the picture would be wrong, so nothing is written")]
     LostWork {
-        /// What is missing.
+        /// The missing results.
         message: String,
     },
     /// A kernel binds something that the host does not have: a defect of this program.
@@ -94,8 +94,8 @@ pub enum RenderError {
         /// [`crate::Renderer::max_batches`].
         limit: u32,
     },
-    /// The film refused what was traced.
-    #[error("what was traced does not fit the film: {0}")]
+    /// The film refused the traced samples.
+    #[error("the traced samples do not fit the film: {0}")]
     Film(#[from] FilmError),
     /// The scene cannot be prepared.
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! A compute pipeline with its bindings, made from what the composed shader states.
+//! A compute pipeline with its bindings, made from the reflection of the composed shader.
 
 use std::{borrow::Cow, collections::HashMap};
 
@@ -72,12 +72,12 @@ impl Program {
         })
     }
 
-    /// What is to be bound.
+    /// A binding.
     pub(crate) fn bindings(&self) -> &[Binding] {
         &self.bindings
     }
 
-    /// With what it is bound to.
+    /// With its resource.
     pub(crate) fn bind(&self, device: &Device, resources: &Resources) -> Result<Kernel, RenderError> {
         let groups = (0..).zip(&self.layouts).map(|(group, layout)| {
             let bindings = self.bindings.iter().filter(|b| b.group == group);

@@ -1,5 +1,5 @@
-//! A render under way: how long its passes are, when its time is up, and what is reported and saved
-//! in between.
+//! A render under way: how long its passes are, when its time is up, and which results are reported
+//! and saved in between.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -86,7 +86,7 @@ pub(crate) struct Pacing<'k> {
     first: u32,
     /// Samples per pixel that were done when this run began.
     begun: u32,
-    /// What the pilot found.
+    /// The result of the pilot.
     pub(crate) found: Option<[u32; 2]>,
     /// Whether the samples are a pilot's.
     pub(crate) is_pilot: bool,

@@ -1,6 +1,6 @@
 //! The path kernel, compiled while the BVH is still built.
 //!
-//! What a kernel is made from is known before the trees are, except for their depth, which is
+//! The contents of a kernel are known before the trees are, except for their depth, which is
 //! nearly always less than the room left for it ([`Blueprint`]). Where the guess was wrong, the
 //! kernel is composed and compiled again; the image is the same.
 
@@ -18,7 +18,7 @@ use crate::{
 
 /// A compiled path kernel that waits for its scene.
 pub struct PrecompiledKernel {
-    /// What it was made from, the device's choices included.
+    /// Its blueprint, the device's choices included.
     blueprint: Blueprint,
     device: wgpu::Device,
     pub(crate) compiled: CompiledShader,

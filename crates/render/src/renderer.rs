@@ -56,7 +56,7 @@ pub struct Renderer<'a> {
 }
 
 impl<'a> Renderer<'a> {
-    /// Composes and compiles the scene's kernels and uploads what they read.
+    /// Composes and compiles the scene's kernels and uploads their arrays.
     pub fn new(device: &'a Device, prepared: &Prepared) -> Result<Self, RenderError> {
         Self::with_options(device, prepared, Options::default())
     }
@@ -112,7 +112,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// What the kernel contains.
+    /// The contents of the kernel.
     pub fn key(&self) -> KernelKey {
         self.key
     }

@@ -1,8 +1,8 @@
 //! The sampling loop: passes of whole batches, until a schedule ends or a visitor stops it.
 //!
 //! Everything that traces more than a pass runs [`sample`]. It alone knows how batches are numbered
-//! and how many fit a pass. How long passes are, when to stop, and what is reported or saved in
-//! between is the visitor's.
+//! and how many fit a pass. How long passes are, when to stop, and the reports and files in
+//! between are the visitor's.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;

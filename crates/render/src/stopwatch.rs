@@ -40,7 +40,7 @@ impl Stopwatch {
         })
     }
 
-    /// What a compute pass needs to be timed.
+    /// The timestamps of a compute pass.
     pub(crate) fn around(&self) -> wgpu::ComputePassTimestampWrites<'_> {
         wgpu::ComputePassTimestampWrites {
             query_set: &self.queries,

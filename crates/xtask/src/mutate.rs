@@ -1,13 +1,13 @@
 //! `cargo xtask mutate`: proof that the torture tests can fail.
 //!
-//! Each row of the table plants one mistake in a copy of the tree, runs the one test that must notice
-//! it, and reports whether it did. The copy is in `target/mutate`. All mutations share its build
-//! folder, so that only the parts that a mistake touches are built again; the checkout's own cannot be
-//! shared, since cargo would take crates of the copy for those of the checkout.
+//! Each row of the table plants one mistake in a copy of the tree, runs the one test that must
+//! notice it, and reports whether it did. The copy is in `target/mutate`. All mutations share its
+//! build folder, so that only the parts that a mistake touches are built again; the checkout's own
+//! cannot be shared, since cargo would take crates of the copy for those of the checkout.
 //!
 //! A mistake in a shader names a declaration and an operation on its syntax ([`Operation`]), one in
-//! Rust a text. Either must apply exactly once: where the code has changed under it, that is an error,
-//! and a unit test reports it long before anybody runs the mutations.
+//! Rust a text. Either must apply exactly once: where the code has changed under it, that is an
+//! error, and a unit test reports it long before anybody runs the mutations.
 
 mod accumulation;
 mod bsdf;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-/// What the numbers on an axis are.
+/// The quantity on an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unit {
     /// Plain numbers.
@@ -28,7 +28,7 @@ impl Axis {
         let usable = values.filter(|v| *v > 0.0 && v.is_finite());
         let (low, high) = usable.fold((f64::MAX, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) = if low > high { (0.1, 1.0) } else { (low, high) };
-        // At least a factor of ten: less looks like a difference where there is none.
+        // At least a factor of ten: a smaller range suggests a difference where there is none.
         let lack = (10.0 * low / high).max(1.0).sqrt();
         Self { low: low / lack / 1.15, high: high * lack * 1.15, log: true, unit }
     }

@@ -97,7 +97,7 @@ pub(super) fn sheet(
             .and_then(|()| area.present())
             .map_err(|e| failed(e.to_string()))?;
     }
-    // The size on the page is that of the nominal pixels; what is inside is named for those who
+    // The size on the page is that of the nominal pixels; its content is named for those who
     // cannot see it.
     let head = format!(
         "<svg width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\" font-family=\"{FONT}\" xmlns",

@@ -29,19 +29,19 @@ pub(super) enum Guide {
     Power {
         /// p.
         exponent: f64,
-        /// What it means.
+        /// Its meaning.
         name: String,
     },
     /// y at a height.
     Level {
         /// y.
         at: f64,
-        /// What it means.
+        /// Its meaning.
         name: String,
     },
     /// y = x.
     Diagonal {
-        /// What it means.
+        /// Its meaning.
         name: String,
     },
 }

@@ -58,7 +58,7 @@ fn styles(scene: &SceneData) -> Vec<Style> {
     methods.collect()
 }
 
-/// What the seconds are.
+/// The meaning of the seconds.
 pub(crate) fn seconds_label(clock: Clock) -> &'static str {
     match clock {
         Clock::Wall => "time (s)",

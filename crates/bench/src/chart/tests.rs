@@ -47,7 +47,7 @@ fn charts_of_nothing_are_drawn() {
 }
 
 #[test]
-fn marks_stand_where_the_data_are() {
+fn marks_are_where_the_data_are() {
     // Slope −½ over decades: each step of the samples by 4 moves the mark by one equal step in both
     // directions.
     let scene = synthetic(1, &[1.0], 0.0, 0.0);

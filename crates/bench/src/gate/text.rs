@@ -25,7 +25,7 @@ impl std::fmt::Display for Comparison {
         let verdict = if self.is_loss() {
             "the new version has lost something"
         } else {
-            "no loss beyond what is tolerated and what chance explains"
+            "no loss beyond the tolerance and chance"
         };
         writeln!(f, "verdict: {verdict}")
     }

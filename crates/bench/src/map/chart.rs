@@ -33,11 +33,11 @@ pub(super) fn words(verdict: &Verdict) -> String {
         Verdict::Noisy(times) if *times >= 9.5 => format!("noisy, {} × the cost", two_digits(*times)),
         Verdict::Noisy(times) => format!("noisy, {times:.1} × the cost"),
         Verdict::Flagged(what) => what.clone(),
-        Verdict::Wrong(share, told) => {
+        Verdict::Wrong(share, stated) => {
             let sign = if *share < 0.0 { "−" } else { "+" };
             let size = 100.0 * share.abs();
             let size = if size < 9.95 { format!("{size:.1}") } else { format!("{size:.0}") };
-            format!("{sign}{size} %{}", if *told { ", as it says" } else { ", silently" })
+            format!("{sign}{size} %{}", if *stated { ", as it says" } else { ", silently" })
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! Scenes that are each built around one difficulty, most with a closed form, are rendered by every
 //! estimator with the same number of samples. A cell of the map says what came of it ([`Verdict`]).
-//! A method that fails and says so is worth more than one that fails quietly, so both are told
-//! apart: what a picture says of itself (that its method is biased, that light is missing, that
-//! pixels are not certified) and what is true (a z test against the closed form, or Welch's against
-//! a long render).
+//! A method that fails and says so is worth more than one that fails quietly, so both are
+//! distinguished: the statements of a picture (that its method is biased, that light is missing,
+//! that pixels are not certified) and the truth (a z test against the closed form, or Welch's
+//! against a long render).
 
 mod cases;
 mod chart;
@@ -44,11 +44,11 @@ pub const METHODS: [(&str, Integrator); 5] = [
     ("whitted", Integrator::Whitted),
 ];
 
-/// What a picture says of light that cannot be connected.
+/// The statements of a picture about light that cannot be connected.
 const MISSING: &str = "light is missing";
 const CHANCE: &str = "light by chance";
 
-/// What is known of a scene's picture.
+/// The truth about a scene's picture.
 enum Truth {
     /// Mean over the picture, exactly.
     Mean(f64),
@@ -136,14 +136,14 @@ impl Map {
     }
 }
 
-/// A picture, with what it says of itself.
+/// A picture, with its statement about missing light.
 struct Picture {
     film: Film,
     /// Mean over pixels, in green.
     mean: Estimate,
     rays_per_path: f64,
     /// Light that it says is missing, or found by chance.
-    told: Option<&'static str>,
+    stated: Option<&'static str>,
 }
 
 fn picture(
@@ -155,7 +155,7 @@ fn picture(
 ) -> Result<Picture, BenchError> {
     let settings = Settings { integrator, seed, ..Settings::new(SIDE, SIDE) };
     let prepared = Prepared::new(scene, &scene.cameras[0], &settings)?;
-    let told = prepared.unreachable.first().map(|light| if light.is_bias() { MISSING } else { CHANCE });
+    let stated = prepared.unreachable.first().map(|light| if light.is_bias() { MISSING } else { CHANCE });
     let mut renderer = Renderer::new(device, &prepared)?;
     let mut batches = Batched { film: Film::new(SIDE, SIDE), means: Vec::new() };
     let schedule = Schedule { sizes: BatchSizes::Equal(samples), end: Some(BATCHES * samples) };
@@ -170,7 +170,7 @@ fn picture(
         Integrator::Caustics => of_batches(&means),
         _ => pooled(&film),
     };
-    Ok(Picture { film, mean, rays_per_path, told })
+    Ok(Picture { film, mean, rays_per_path, stated })
 }
 
 /// A film, and the mean of each of its batches.
@@ -251,15 +251,16 @@ impl Row {
 
 /// All but the comparison of costs.
 fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
-    let Picture { film, mean, rays_per_path, told } = picture;
-    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be told.
+    let Picture { film, mean, rays_per_path, stated } = picture;
+    // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be
+    // resolved.
     let blurred = Estimate { variance: mean.variance + (1e-4 * truth.mean).powi(2), ..mean };
     let test = welch_test(&blurred, truth);
     let deviation = [mean.mean / truth.mean - 1.0, test.standard_error / truth.mean];
     let certified = film.certify().share();
     let unfound = matches!(integrator, Integrator::Hemisphere(_)) && !scene.lights.is_empty();
     let off = test.p < level;
-    let verdict = match told {
+    let verdict = match stated {
         _ if unfound => Verdict::Flagged(MISSING.into()),
         Some(MISSING) => Verdict::Flagged(MISSING.into()),
         _ if integrator.is_biased() && off => Verdict::Wrong(deviation[0], true),

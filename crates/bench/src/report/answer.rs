@@ -17,7 +17,7 @@ pub fn answer(scene: &SceneData) -> String {
     let shared = levels.iter().rev().find(|&&e| scene.ranking(e, false).len() >= 2);
     let alone = || levels.iter().rev().find(|&&e| !scene.ranking(e, false).is_empty());
     let Some(&error) = shared.or_else(alone) else {
-        return "No method without bias came to a relative error of 100 % in every repeat: give it more time.".into();
+        return "No method without bias reached a relative error of 100 % in every repeat: give it more time.".into();
     };
     let ranking = scene.ranking(error, false);
     let (best, time) = ranking[0];
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn no_difference_is_told_as_none() {
+    fn no_difference_is_reported_as_none() {
         let text = answer(&synthetic(2, &[1.0, 1.0], 0.05, 0.0));
         assert!(text.contains("as far as this race can tell"), "{text}");
     }

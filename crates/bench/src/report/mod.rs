@@ -20,7 +20,7 @@ use crate::{
 
 pub use answer::answer;
 
-/// Writes `data.json` alone: what a race that is interrupted is resumed from.
+/// Writes `data.json` alone: an interrupted race is resumed from it.
 pub fn write_data(folder: &Path, data: &Data) -> Result<(), BenchError> {
     let path = folder.join("data.json");
     let text = serde_json::to_string_pretty(data).map_err(|e| BenchError::file(&path, e))?;

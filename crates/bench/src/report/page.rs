@@ -48,15 +48,15 @@ fn introduction() -> Markup {
         p {
             "A path tracer estimates each pixel by random light paths: more paths, less noise. A "
             em { "method" } " is a way to choose them. "
-            strong { "hemisphere" } " samples directions and meets lights by chance, "
+            strong { "hemisphere" } " samples directions and hits lights by chance, "
             strong { "area" } " samples points on lights, "
             strong { "mis" } " does both and weighs them, and "
             strong { "caustics" } " also sends light from the lamps through glass and by mirrors; "
             strong { "whitted" } " is the classic ray tracer of 1980, fast and not quite true. "
-            "After the slash stands where the random numbers come from: "
+            "After the slash is the source of the random numbers: "
             strong { "independent" } " ones, " strong { "stratified" } " ones, or well-spread "
-            strong { "sobol" } " points. Below: which method comes to a given error first, whether it "
-            "knows its own error, and what it costs."
+            strong { "sobol" } " points. Below: which method reaches a given error first, whether it "
+            "knows its own error, and its cost."
         }
     }
 }
@@ -76,7 +76,7 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
             "the mean over pixels of (difference)²/(reference² + 1 % of the mean square); bands span the "
             "repeats. Independent samples follow the faint diagonals: four times the work halves the "
             "error. A line that flattens has a floor that time does not lower: a bias. One that jumps has "
-            "met a rare, bright path."
+            "sampled a rare, bright path."
         }
         (figure("error-time"))
         (figure("error-samples"))
@@ -84,7 +84,7 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
         h3 { "The fastest way to each error" }
         p.note {
             "Points on the front have no other before them, both sooner and more accurate. Efficiency is "
-            "1/(error² · time), what a second buys, relative to the best; it does not depend on when one "
+            "1/(error² · time), the gain per second, relative to the best; it does not depend on when one "
             "stops as long as the slope is −½. Ratios are means over repeats with 95 % intervals."
         }
         (figure("front"))
@@ -95,7 +95,7 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
         p.note {
             "Each render estimates its own error from the spread of its batches. On the line it is right; "
             "above it the render thinks better of itself than it should, because some bright path has not "
-            "been met yet. Of 95 % intervals, 95 % should hold the reference. Pixels that a single sample "
+            "been sampled yet. Of 95 % intervals, 95 % should hold the reference. Pixels that a single sample "
             "could still overturn are not certified."
         }
         (figure("calibration"))
@@ -121,7 +121,7 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
         p.note {
             "Reading the file took " (text::seconds(scene.load_seconds)) ". Tracing is the time of "
             "dispatches by the clock of the device, if it has one (see the conditions); submitting and "
-            "waiting is what they take longer on the host, where their sums are read and added to the "
+            "waiting is their additional time on the host, where their sums are read and added to the "
             "film, too."
         }
         @if let Some(walk) = &scene.walk { (self::walk(walk)) }

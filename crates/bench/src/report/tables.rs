@@ -99,7 +99,7 @@ pub(super) fn efficiency(scene: &SceneData) -> Markup {
     table(head, rows)
 }
 
-/// Predicted and real error at the end, coverage, and what is not certified.
+/// Predicted and real error at the end, coverage, and pixels without a certificate.
 pub(super) fn calibration(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let last = scene.calibration(m).last().copied();
@@ -115,7 +115,7 @@ pub(super) fn calibration(scene: &SceneData) -> Markup {
     table(["method", "predicted", "real", "real / predicted", "95 % intervals that hold", "pixels not certified"], rows)
 }
 
-/// Mean signed error, and what it means.
+/// Mean signed error, and its meaning.
 pub(super) fn bias(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let data = &scene.methods[m];

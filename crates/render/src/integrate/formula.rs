@@ -26,7 +26,7 @@ pub struct Formula {
     dimensions: usize,
 }
 
-/// What is wrong with a formula.
+/// A mistake in a formula.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FormulaError {
     /// Nothing there.
@@ -53,7 +53,7 @@ pub enum FormulaError {
         /// The bracket.
         bracket: char,
     },
-    /// What the WGSL compiler says.
+    /// The message of the WGSL compiler.
     #[error("the formula is not valid WGSL at column {column}{near}: {message}")]
     Wgsl {
         /// Counted from 1, in characters.
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_column() {
+    fn mistakes_are_reported_with_their_column() {
         for (text, column, words) in [
             ("5*pow(x,4", 6, "partner"),
             ("x)+(x", 2, "partner"),
@@ -260,12 +260,12 @@ mod tests {
             ("integrand(point_of_the_box)", 1, ""),
         ] {
             let error = Formula::new(text, 1).expect_err(text);
-            let told = error.to_string();
-            assert!(told.contains(words), "{text}: {told}");
+            let message = error.to_string();
+            assert!(message.contains(words), "{text}: {message}");
             match error {
                 FormulaError::Forbidden { column: found, .. }
                 | FormulaError::Bracket { column: found, .. }
-                | FormulaError::Wgsl { column: found, .. } => assert_eq!(found, column, "{text}: {told}"),
+                | FormulaError::Wgsl { column: found, .. } => assert_eq!(found, column, "{text}: {message}"),
                 other => panic!("{text}: {other:?}"),
             }
         }

@@ -7,13 +7,14 @@ use wesl::syntax::{
 
 /// A change of one declaration: a function, or a constant of the module.
 ///
-/// Expressions are compared as syntax, so that formatting does not matter. An operation that applies nowhere, or
-/// at more than one place, is an error.
+/// Expressions are compared as syntax, so that formatting does not matter. An operation that
+/// applies nowhere, or at more than one place, is an error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Operation {
     /// An expression becomes another.
     Replace(&'static str, &'static str),
-    /// The variable, constant or field gets another value where it is declared or assigned with `=`.
+    /// The variable, constant or field gets another value where it is declared or assigned with
+    /// `=`.
     Set(&'static str, &'static str),
     /// The function returns another value.
     Return(&'static str),
@@ -22,8 +23,8 @@ pub(crate) enum Operation {
 }
 
 impl Operation {
-    /// The module with the operation applied to its declaration of this name; of several under different
-    /// conditions, to one. The rest of the text stays.
+    /// The module with the operation applied to its declaration of this name; of several under
+    /// different conditions, to one. The rest of the text stays.
     pub(crate) fn apply(self, module: &str, declaration: &str) -> Result<String, String> {
         let mut unit: TranslationUnit = module.parse().map_err(|e| format!("it does not parse: {e}"))?;
         let (mut places, mut found, mut text) = (0, false, module.to_owned());
