@@ -1,14 +1,14 @@
-//! Loss of the device: the driver drops it, or reports an error outside of every call.
+//! Loss of the device: the driver drops it, or reports an error outside of every error scope.
 //!
-//! wgpu reports either by a callback at any time. It is noted here, and every call that waits for the
-//! device or submits to it fails with [`RenderError::DeviceLost`] from then on: a render stops, keeps
-//! its checkpoint, and writes no image of lost work.
+//! wgpu reports both by callbacks, at any time. From then on every call that submits to the device
+//! or waits for it fails with [`RenderError::DeviceLost`]: a render stops, keeps its checkpoint,
+//! and writes no image of lost work.
 
 use std::sync::{Arc, Mutex};
 
 use crate::error::RenderError;
 
-/// Notes that a device was lost.
+/// Records that a device was lost.
 pub(crate) struct LossWatch {
     message: Arc<Mutex<Option<String>>>,
 }
@@ -23,8 +23,8 @@ impl LossWatch {
         let sink = message.clone();
         device.set_device_lost_callback(move |_, text| note(&sink, text));
         let sink = message.clone();
-        // Without a handler an uncaptured error panics. Every call is in an error scope, so this is a
-        // last resort.
+        // Without a handler an uncaptured error panics. Every call is in an error scope, so this is
+        // a last resort.
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&sink, error.to_string())));
         Self { message }
     }

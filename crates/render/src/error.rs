@@ -1,4 +1,4 @@
-//! What can go wrong between a scene and its pixels, in sentences.
+//! Errors of rendering.
 
 use surelight_film::FilmError;
 use surelight_prepare::PrepareError;
@@ -15,15 +15,15 @@ pub enum RenderError {
         "no graphics adapter was found: install a Vulkan, Metal or DX12 driver (on Linux, ./setup.sh installs a software one)"
     )]
     NoAdapter,
-    /// None that was requested.
-    #[error("no adapter matches \"{wanted}\"; there is: {available}")]
+    /// No adapter matches the request.
+    #[error("no adapter matches \"{wanted}\"; available: {available}")]
     UnknownAdapter {
         /// The requested name or index.
         wanted: String,
-        /// Names of those present.
+        /// Names of the available adapters.
         available: String,
     },
-    /// The adapter gave no device.
+    /// The adapter cannot be opened.
     #[error(
         "the adapter \"{adapter}\" cannot be opened: {}; --adapter chooses another",
         .source.to_string().trim_end_matches('.')
@@ -39,13 +39,13 @@ pub enum RenderError {
     DeviceLost {
         /// Its name.
         adapter: String,
-        /// What the driver said.
+        /// The driver's message.
         message: String,
     },
-    /// The driver refused something.
+    /// The driver refused an operation.
     #[error("the device refused {what}: {source}")]
     Device {
-        /// What was being done.
+        /// The operation.
         what: String,
         /// Its message.
         source: Source,
@@ -55,7 +55,7 @@ pub enum RenderError {
     TooLarge {
         /// Which resource.
         what: String,
-        /// MiB needed.
+        /// MiB required.
         needed: u64,
         /// MiB available.
         limit: u64,
@@ -67,7 +67,7 @@ pub enum RenderError {
     /// A dispatch did not do all its work.
     #[error("the driver lost work: {message}; the picture would be wrong, so nothing is written")]
     LostWork {
-        /// What is missing.
+        /// The missing work.
         message: String,
     },
     /// A kernel binds something that the host does not have: a defect of this program.
@@ -76,7 +76,7 @@ pub enum RenderError {
         /// Name of the resource.
         name: String,
     },
-    /// The film is of another image than the view.
+    /// The film and the view have different sizes.
     #[error(
         "the film is of an image of {}x{} pixels, the view of one of {}x{}", film[0], film[1], view[0], view[1]
     )]
@@ -86,16 +86,16 @@ pub enum RenderError {
         /// Pixels of the view.
         view: [u32; 2],
     },
-    /// More batches at once than there is room for.
-    #[error("{batches} batches do not fit one call: there is room for {limit}")]
+    /// More batches than one call can hold.
+    #[error("{batches} batches do not fit in one call: the limit is {limit}")]
     TooManyBatches {
         /// Batches requested.
         batches: u32,
         /// [`crate::Renderer::max_batches`].
         limit: u32,
     },
-    /// The film refused what was traced.
-    #[error("what was traced does not fit the film: {0}")]
+    /// The film refused the traced samples.
+    #[error("the traced samples do not fit the film: {0}")]
     Film(#[from] FilmError),
     /// The scene cannot be prepared.
     #[error(transparent)]

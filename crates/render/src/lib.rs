@@ -1,8 +1,8 @@
 //! Traces light paths on the device: upload, specialised kernels, progressive loop.
 //!
-//! This is the only crate that knows wgpu. From a scene to pixels: [`Prepared::new`] builds the BVH
-//! and decides what the kernel contains, [`Renderer::new`] composes and compiles it and uploads the
-//! scene, [`render`] traces until a [`Goal`] is reached. To compile while the BVH is built:
+//! This is the only crate that depends on wgpu. From a scene to pixels: [`Prepared::new`] builds
+//! the BVH and decides the kernel's parts, [`Renderer::new`] composes and compiles it and uploads
+//! the scene, [`render`] traces until a [`Goal`] is reached. To compile while the BVH is built:
 //! [`Prepared::with_work`], [`PrecompiledKernel::compile`], [`Renderer::with_kernel`].
 //!
 //! ```no_run
