@@ -1,4 +1,4 @@
-//! Tells the crate which commit it is built from, where git knows.
+//! Sets `SURELIGHT_COMMIT` to the commit of the build; empty where git does not report one.
 
 use std::process::Command;
 

@@ -2,9 +2,9 @@
 //! given error first.
 //!
 //! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of
-//! them progressively, several times, in turn, and holds every checkpoint against a
-//! [`measure::Reference`] whose own noise is taken off. What was measured is [`data::Data`]:
-//! `data.json` and `data.csv` hold all of it, and everything in the report is computed from it.
+//! them progressively, several times, in turn, and compares every checkpoint with a
+//! [`measure::Reference`], whose own noise is subtracted. The measurements are [`data::Data`]:
+//! `data.json` and `data.csv` hold all of them, and the whole report is computed from them.
 //!
 //! ```no_run
 //! use std::path::Path;

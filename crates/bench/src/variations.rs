@@ -1,10 +1,10 @@
-//! Which methods are raced: every combination of what each switch may be.
+//! The methods of a race: every combination of the options' values.
 
 use surelight_prepare::{Directions, Integrator, Sampler};
 
 use crate::method::Method;
 
-/// Which methods are raced: every combination of what each switch may be.
+/// The methods of a race: every combination of the options' values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variations {
     integrators: Option<Vec<Family>>,
@@ -23,16 +23,16 @@ enum Family {
     Area,
     Mis,
     Caustics,
-    /// What the scene decides.
+    /// The choice by the scene.
     Auto,
     Whitted,
 }
 
 impl Variations {
-    /// Adds what a switch may be, such as `max-bounces=4,8,unlimited`.
+    /// Adds the values of an option, such as `max-bounces=4,8,unlimited`.
     ///
     /// # Errors
-    /// A sentence where there is no such switch or value, or the switch was given before.
+    /// A sentence where there is no such option or value, or the option was given before.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
         let (name, values) =
             text.split_once('=').ok_or("expected an option and its values, such as max-bounces=4,8")?;
@@ -53,13 +53,13 @@ impl Variations {
         if twice { Err(format!("{name} is varied twice; give all its values at once")) } else { Ok(()) }
     }
 
-    /// Whether integrators were chosen.
+    /// Whether integrators are given.
     pub fn names_integrators(&self) -> bool {
         self.integrators.is_some()
     }
 
-    /// The methods, without doubles. A quick race leaves out samplers that only repeat what another
-    /// integrator shows.
+    /// The methods, without duplicates. A quick race omits samplers that are already compared with
+    /// another integrator.
     pub fn methods(&self, quick: bool) -> Vec<Method> {
         use Family as F;
         let all = [Sampler::Sobol, Sampler::Stratified, Sampler::Independent];
@@ -83,15 +83,14 @@ impl Variations {
         methods
     }
 
-    /// An integrator and a sampler with every combination of the other switches.
+    /// An integrator and a sampler with every combination of the other options.
     fn switched(&self, plain: Method) -> Vec<Method> {
         let mut methods = Vec::new();
         for &max_bounces in self.max_bounces.as_deref().unwrap_or(&[None]) {
             for &max_radiance in self.max_radiance.as_deref().unwrap_or(&[None]) {
                 for &one_scramble in self.one_scramble.as_deref().unwrap_or(&[false]) {
                     for &shared_paths in self.shared_paths.as_deref().unwrap_or(&[false]) {
-                        // Other samplers have no sequence, other integrators no paths that pixels
-                        // could share.
+                        // Other samplers have no sequence, other integrators no path reuse.
                         let one_scramble = one_scramble && plain.sampler == Sampler::Sobol;
                         let shared_paths = shared_paths && plain.integrator == Integrator::Mis;
                         methods.push(Method { max_bounces, max_radiance, one_scramble, shared_paths, ..plain });
@@ -117,7 +116,7 @@ impl Variations {
     }
 }
 
-/// Reads a list of values; returns whether there was one already.
+/// Reads a list of values; returns whether there already was one.
 fn set<T>(
     slot: &mut Option<Vec<T>>,
     text: &str,

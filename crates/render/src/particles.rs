@@ -35,7 +35,7 @@ const GPU_LANES: u32 = 1 << 18;
 /// Particles in flight per thread of a CPU driver.
 const CPU_LANES_PER_THREAD: u32 = 1 << 9;
 
-/// Fixed-point units that a particle of the mean flux adds to the sum of a pixel, and the square
+/// Fixed-point units that a particle of typical flux adds to the sum of a pixel, and the square
 /// root of those it adds to the sum of squares.
 const UNITS: f64 = (1u32 << 20) as f64;
 const ROOT_UNITS: f64 = (1u32 << 12) as f64;
@@ -69,7 +69,7 @@ pub(crate) struct Particles {
     /// Pixels of the whole image.
     size: [u32; 2],
     one_sequence: bool,
-    /// Contribution of a particle of the mean flux to a pixel.
+    /// Contribution of a particle of typical flux to a pixel.
     usual_contribution: f64,
     /// Camera samples, over all pixels, per emitted particle.
     samples_per_particle: u64,

@@ -23,9 +23,9 @@ impl std::fmt::Display for Comparison {
             writeln!(f, "note: {note}")?;
         }
         let verdict = if self.is_loss() {
-            "the new version has lost something"
+            "the new version has losses"
         } else {
-            "no loss beyond what is tolerated and what chance explains"
+            "no loss beyond the tolerance and beyond chance"
         };
         writeln!(f, "verdict: {verdict}")
     }

@@ -12,7 +12,7 @@ use crate::{
 
 use super::{answer::answer, pictures::pictures, style::CSS, tables, text};
 
-/// The page of a report whose pictures lie in `folder`.
+/// The page of a report whose pictures are in `folder`.
 pub(super) fn page(folder: &Path, data: &Data, scenes: &[(&SceneData, Vec<Chart>)]) -> String {
     let names: Vec<&str> = data.scenes.iter().map(|s| s.name.as_str()).collect();
     let title = format!("Speed against accuracy: {}", names.join(", "));
@@ -48,15 +48,15 @@ fn introduction() -> Markup {
         p {
             "A path tracer estimates each pixel by random light paths: more paths, less noise. A "
             em { "method" } " is a way to choose them. "
-            strong { "hemisphere" } " samples directions and meets lights by chance, "
+            strong { "hemisphere" } " samples directions and hits lights by chance, "
             strong { "area" } " samples points on lights, "
             strong { "mis" } " does both and weighs them, and "
             strong { "caustics" } " also sends light from the lamps through glass and by mirrors; "
-            strong { "whitted" } " is the classic ray tracer of 1980, fast and not quite true. "
-            "After the slash stands where the random numbers come from: "
+            strong { "whitted" } " is the classic ray tracer of 1980, fast and biased. "
+            "After the slash is the source of the random numbers: "
             strong { "independent" } " ones, " strong { "stratified" } " ones, or well-spread "
-            strong { "sobol" } " points. Below: which method comes to a given error first, whether it "
-            "knows its own error, and what it costs."
+            strong { "sobol" } " points. Below: which method reaches a given error first, whether its "
+            "error bars hold, and where its time goes."
         }
     }
 }
@@ -76,16 +76,16 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
             "the mean over pixels of (difference)²/(reference² + 1 % of the mean square); bands span the "
             "repeats. Independent samples follow the faint diagonals: four times the work halves the "
             "error. A line that flattens has a floor that time does not lower: a bias. One that jumps has "
-            "met a rare, bright path."
+            "found a rare, bright path."
         }
         (figure("error-time"))
         (figure("error-samples"))
 
         h3 { "The fastest way to each error" }
         p.note {
-            "Points on the front have no other before them, both sooner and more accurate. Efficiency is "
-            "1/(error² · time), what a second buys, relative to the best; it does not depend on when one "
-            "stops as long as the slope is −½. Ratios are means over repeats with 95 % intervals."
+            "No other point is both sooner and more accurate than a point on the front. Efficiency is "
+            "1/(error² · time), relative to the best; it does not depend on the stopping time "
+            "as long as the slope is −½. Ratios are means over repeats with 95 % intervals."
         }
         (figure("front"))
         (tables::fastest(scene))
@@ -94,8 +94,8 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
         h3 { "Do the error bars hold?" }
         p.note {
             "Each render estimates its own error from the spread of its batches. On the line it is right; "
-            "above it the render thinks better of itself than it should, because some bright path has not "
-            "been met yet. Of 95 % intervals, 95 % should hold the reference. Pixels that a single sample "
+            "above it the render underestimates its error, because some bright path has not "
+            "been found yet. Of 95 % intervals, 95 % should contain the reference. Pixels that a single sample "
             "could still overturn are not certified."
         }
         (figure("calibration"))
@@ -103,16 +103,16 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
 
         h3 { "Bias" }
         p.note {
-            "The mean over the whole picture, less that of the reference. Noise averages out here, so what "
-            "is left outside of the interval is a bias, or light that was never found."
+            "The mean over the whole picture, less that of the reference. Noise averages out here, so an "
+            "error beyond the interval is a bias, or light that was never found."
         }
         (figure("bias"))
         (tables::bias(scene))
 
         h3 { "Pictures at " (equal) }
         p.note {
-            "Left the picture, right where it errs: warm is too bright, cool too dark, full colour at 50 % "
-            "of the reference, black where it is right. Grey hatching marks pixels whose error bar is not "
+            "Left the picture, right the map of its errors: warm is too bright, cool too dark, full colour "
+            "at 50 % of the reference, black where it is right. Grey hatching marks pixels that are not "
             "certified."
         }
         (pictures(folder, scene))
@@ -121,8 +121,8 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
         p.note {
             "Reading the file took " (text::seconds(scene.load_seconds)) ". Tracing is the time of "
             "dispatches by the clock of the device, if it has one (see the conditions); submitting and "
-            "waiting is what they take longer on the host, where their sums are read and added to the "
-            "film, too."
+            "waiting is their additional time on the host, which also reads their sums and adds them to "
+            "the film."
         }
         @if let Some(walk) = &scene.walk { (self::walk(walk)) }
         (figure("stages"))
@@ -139,21 +139,23 @@ fn equal_samples(scene: &SceneData) -> bool {
 fn facts(scene: &SceneData) -> Markup {
     let reference = &scene.reference;
     let own = match reference.rel_mse {
-        Some(e) => format!("whose own error of {} is taken off and limits what can be read", text::percent(e.sqrt())),
-        None => "whose own error is not known: lines that flatten may show the reference".into(),
+        Some(e) => {
+            format!("whose own error of {} is subtracted; smaller errors cannot be resolved", text::percent(e.sqrt()))
+        }
+        None => "whose own error is unknown: lines that flatten may show the error of the reference".into(),
     };
     let clock = match scene.clock {
-        Clock::Wall => "Times are those on the wall.",
+        Clock::Wall => "Times are wall-clock times.",
         Clock::Device => "Times are those of dispatches by the clock of the device.",
-        Clock::Cpu => "Times are processor seconds over cores, which other work on the machine hardly changes.",
+        Clock::Cpu => "Times are CPU seconds divided by cores, which other work on the machine hardly changes.",
     };
     html! {
         p.note {
             (scene.file) ": " (scene.width) " × " (scene.height) " pixels, " (scene.triangles) " triangles; "
-            (scene.repeats) " repeats of each method with samples of their own, in turn. Errors are "
-            "measured from a reference by " (reference.source)
+            (scene.repeats) " repeats of each method with independent samples, in turn. Errors are "
+            "measured against a reference by " (reference.source)
             @if !reference.reason.is_empty() { " (" (reference.reason) ")" }
-            @if reference.spp > 0 { " with " (reference.spp) " samples a pixel" }
+            @if reference.spp > 0 { " with " (reference.spp) " samples per pixel" }
             ", " (own) ". " (clock)
         }
     }
@@ -164,9 +166,9 @@ fn walk(walk: &WalkData) -> Markup {
     html! {
         p.note {
             "The kernel is one program, so its stages have no clocks of their own. Of " (walk.method) ", "
-            (percent(walk.share)) " (" (percent(walk.low)) " to " (percent(walk.high)) ") is walking rays "
-            "through the BVH: that much longer it takes when every ray is walked twice. The rest is "
-            "shading, sampling, and keeping paths between dispatches."
+            (percent(walk.share)) " (" (percent(walk.low)) " to " (percent(walk.high)) ") is traversal "
+            "of the BVH: the additional time when every ray is traversed twice. The rest is "
+            "shading, sampling, and saving paths between dispatches."
         }
     }
 }
@@ -183,8 +185,7 @@ fn figure(chart: &Chart) -> Markup {
 fn conditions(c: &Conditions) -> Markup {
     let commit = if c.commit.is_empty() { String::new() } else { format!(" ({})", c.commit) };
     let software = if c.software { ", a software driver" } else { "" };
-    let load =
-        if c.load.is_empty() { String::new() } else { format!("{} processes wanted to run before it began", c.load) };
+    let load = if c.load.is_empty() { String::new() } else { format!("{} on average before the start", c.load) };
     let rows = [
         ("Surelight", format!("{}{commit}", c.version)),
         ("Date", c.date.clone()),
