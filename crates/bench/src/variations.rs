@@ -46,7 +46,7 @@ impl Variations {
             "shared-paths" => set(&mut self.shared_paths, values, sharing)?,
             _ => {
                 return Err(format!(
-                    "there is no switch \"{name}\" to vary: integrator, sampler, scrambles, shared-paths, directions, max-bounces or max-radiance"
+                    "there is no option \"{name}\" to vary: integrator, sampler, scrambles, shared-paths, directions, max-bounces or max-radiance"
                 ));
             }
         };
@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn slips_of_the_finger_are_told() {
         for (wrong, word) in [
-            ("bounces=4", "there is no switch"),
+            ("bounces=4", "there is no option"),
             ("max-bounces", "expected an option"),
             ("max-bounces=few", "\"few\" is not a number"),
             ("sampler=sobol,halton", "\"halton\" is not a sampler"),

@@ -261,5 +261,5 @@ fn a_given_reference_and_other_renderers_are_taken() {
     std::fs::write(folder.path("bad.csv"), "scene,seconds\n").unwrap();
     folder.run("bench {box} --spp 4 --overlay bad.csv --quiet").failed_with(&["bad.csv", "no column"]);
     let usage = folder.run("bench {box} --vary bounces=3");
-    assert!(usage.code == Some(2) && usage.stderr.contains("there is no switch"), "{usage:#?}");
+    assert!(usage.code == Some(2) && usage.stderr.contains("there is no option"), "{usage:#?}");
 }
