@@ -49,6 +49,7 @@ pub mod shared;
 mod sheen;
 mod slots;
 mod surface;
+pub mod syntax;
 mod textures;
 mod unreachable;
 mod view;

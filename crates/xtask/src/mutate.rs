@@ -1,16 +1,20 @@
-//! `cargo xtask mutate`: proof that the torture list can fail.
+//! `cargo xtask mutate`: proof that the torture tests can fail.
 //!
-//! Each row of the table plants one mistake in a copy of the tree, runs the one case that must see it, and tells whether it did.
-//! The copy lies in `target/mutate`. All mutations share its build folder, so that only what a mistake touches is built again; the
-//! checkout's own cannot be shared, since cargo would take crates of the copy for those of the checkout. A
-//! mistake is a substitution of text that must apply exactly once: where the code has changed under it, that is an error, and a
-//! unit test says so long before anybody runs the mutations.
+//! Each row of the table plants one mistake in a copy of the tree, runs the one test that must notice
+//! it, and reports whether it did. The copy is in `target/mutate`. All mutations share its build
+//! folder, so that only the parts that a mistake touches are built again; the checkout's own cannot be
+//! shared, since cargo would take crates of the copy for those of the checkout.
+//!
+//! A mistake in a shader names a declaration and an operation on its syntax ([`Operation`]), one in
+//! Rust a text. Either must apply exactly once: where the code has changed under it, that is an error,
+//! and a unit test reports it long before anybody runs the mutations.
 
 mod accumulation;
 mod bsdf;
 mod geometry;
 mod light;
 mod numeric;
+mod operation;
 mod sampling;
 
 use std::fs;
@@ -18,25 +22,66 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use self::operation::Operation;
+
 /// A mistake, and the test that must notice it.
 pub(crate) struct Mutation {
     /// Number of the case in the torture list.
     case: u32,
     /// The mistake, in a few words.
     mistake: &'static str,
-    /// The file that it is made in.
-    file: &'static str,
-    /// What stands there, exactly once.
-    from: &'static str,
-    /// What it becomes.
-    to: &'static str,
+    /// The place that it is made at, and the change.
+    place: Place,
     /// The test's binary, such as `torture_numeric`.
     binary: &'static str,
     /// The test's name within it, modules included.
     test: &'static str,
 }
 
-/// What became of a mutation.
+/// Where a mistake is planted, and how.
+enum Place {
+    /// In a shader module, such as `bsdf/ggx`: in a function, or a constant.
+    Shader { module: &'static str, declaration: &'static str, operation: Operation },
+    /// In a Rust file: a text that it has exactly once becomes another.
+    Source { file: &'static str, from: &'static str, to: &'static str },
+}
+
+impl Place {
+    /// The file, relative to the repository.
+    fn file(&self) -> PathBuf {
+        match self {
+            Self::Shader { module, .. } => {
+                let wesl = PathBuf::from(format!("shaders/{module}.wesl"));
+                if crate::repository().join(&wesl).exists() { wesl } else { wesl.with_extension("wgsl") }
+            }
+            Self::Source { file, .. } => file.into(),
+        }
+    }
+
+    /// The mutated text of the file.
+    fn apply(&self, text: &str) -> Result<String, String> {
+        match self {
+            Self::Shader { module, declaration, operation } => {
+                operation.apply(text, declaration).map_err(|e| format!("{module}: {e}"))
+            }
+            Self::Source { file, from, to } => match text.matches(from).count() {
+                1 if from != to => Ok(text.replacen(from, to, 1)),
+                n => Err(format!("{file} has the text {n} times, not once, or it does not change")),
+            },
+        }
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Shader { module, declaration, .. } => write!(f, "`{module}`, `{declaration}`"),
+            Self::Source { file, .. } => write!(f, "`{file}`"),
+        }
+    }
+}
+
+/// The result of a mutation.
 enum Verdict {
     /// The test failed.
     Caught,
@@ -98,26 +143,17 @@ pub(crate) fn run(root: &Path, Arguments { cases, list }: &Arguments) -> Result<
 impl Mutation {
     /// The mutated text of its file.
     fn apply(&self, text: &str) -> Result<String, String> {
-        let found = text.matches(self.from).count();
-        if found != 1 {
-            return Err(format!(
-                "case {}, {}: {} has its text {found} times, not once",
-                self.case, self.mistake, self.file
-            ));
-        }
-        if self.from == self.to {
-            return Err(format!("case {}, {}: it changes nothing", self.case, self.mistake));
-        }
-        Ok(text.replacen(self.from, self.to, 1))
+        self.place.apply(text).map_err(|e| format!("case {}, {}: {e}", self.case, self.mistake))
     }
 
     /// Plants the mistake in the copy, runs the test, and takes it out again.
     fn run(&self, root: &Path, copy: &Path) -> Result<Verdict, String> {
-        let mutated = self.apply(&read(&root.join(self.file))?)?;
-        let path = copy.join(self.file);
-        write(&path, mutated.as_bytes())?;
+        let file = self.place.file();
+        let original = read(&root.join(&file))?;
+        let path = copy.join(&file);
+        write(&path, self.apply(&original)?.as_bytes())?;
         let verdict = self.test(copy);
-        write(&path, read(&root.join(self.file))?.as_bytes())?;
+        write(&path, original.as_bytes())?;
         verdict
     }
 
@@ -142,8 +178,8 @@ impl Mutation {
     }
 }
 
-/// Makes the copy hold what the checkout holds: files that git tracks or would, and no others. Files that are alike are left alone, so that
-/// they are not built again.
+/// Makes the copy equal to the checkout: files that git tracks or would, and no others. Equal files
+/// are left alone, so that they are not built again.
 fn synchronise(root: &Path, copy: &Path) -> Result<(), String> {
     let listed = Command::new("git")
         .args(["ls-files", "--cached", "--others", "--exclude-standard", "-z"])
@@ -167,7 +203,7 @@ fn synchronise(root: &Path, copy: &Path) -> Result<(), String> {
     remove_others(copy, copy, &names)
 }
 
-/// Removes what is no longer in the checkout.
+/// Removes files that are no longer in the checkout.
 fn remove_others(root: &Path, folder: &Path, names: &[PathBuf]) -> Result<(), String> {
     let entries = fs::read_dir(folder).map_err(|e| format!("{} cannot be listed: {e}", folder.display()))?;
     for entry in entries.flatten() {
@@ -189,7 +225,8 @@ fn read(path: &Path) -> Result<String, String> {
     fs::read_to_string(path).map_err(|e| format!("{} cannot be read: {e}", path.display()))
 }
 
-/// Writes a file with a time that no earlier build can have seen: cargo goes by times, and coarse ones would hide a change.
+/// Writes a file with a time that no earlier build can have seen: cargo compares times, and coarse
+/// ones would hide a change.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     let fail = |e| format!("{} cannot be written: {e}", path.display());
     if let Some(folder) = path.parent() {
@@ -202,9 +239,9 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
 
 /// The table of docs/testing.md.
 fn markdown() -> String {
-    let mut text = String::from("| case | mistake | in | seen by |\n|---:|---|---|---|\n");
-    for Mutation { case, mistake, file, binary, test, .. } in table() {
-        text.push_str(&format!("| {case} | {mistake} | `{file}` | `{binary}`, `{test}` |\n"));
+    let mut text = String::from("| case | mistake | in | noticed by |\n|---:|---|---|---|\n");
+    for Mutation { case, mistake, place, binary, test } in table() {
+        text.push_str(&format!("| {case} | {mistake} | {place} | `{binary}`, `{test}` |\n"));
     }
     text
 }
@@ -218,12 +255,22 @@ mod tests {
     #[test]
     fn every_mutation_still_applies_exactly_once() {
         let mut number = 0;
+        let mut errors = Vec::new();
         for mutation in table() {
-            let text = read(&repository().join(mutation.file)).expect("the file is there");
-            mutation.apply(&text).unwrap_or_else(|e| panic!("{e}"));
+            let text = read(&repository().join(mutation.place.file())).expect("the file is there");
+            match mutation.apply(&text) {
+                Err(e) => errors.push(e),
+                Ok(mutated) if matches!(mutation.place, Place::Shader { .. }) => {
+                    if let Err(e) = mutated.parse::<wesl::syntax::TranslationUnit>() {
+                        errors.push(format!("{}: {e}", mutation.mistake));
+                    }
+                }
+                Ok(_) => {}
+            }
             assert!((1..=44).contains(&mutation.case) && mutation.case >= number, "the table is not in order");
             number = mutation.case;
         }
+        assert!(errors.is_empty(), "{}", errors.join("\n"));
     }
 
     #[test]
@@ -247,8 +294,31 @@ mod tests {
 
     #[test]
     fn text_that_is_not_there_once_is_an_error() {
-        let mutation = Mutation { case: 1, mistake: "", file: "f", from: "a", to: "b", binary: "", test: "" };
-        assert_eq!(mutation.apply("cat").as_deref(), Ok("cbt"));
-        assert!(mutation.apply("dog").is_err() && mutation.apply("banana").is_err());
+        let place = Place::Source { file: "f", from: "a", to: "b" };
+        assert_eq!(place.apply("cat").as_deref(), Ok("cbt"));
+        assert!(place.apply("dog").is_err() && place.apply("banana").is_err());
+    }
+
+    /// The printed syntax of a declaration composes to the same kernel as its text.
+    #[test]
+    fn declarations_survive_being_printed() {
+        use surelight_prepare::{KernelKey, compose_modules, path_kernel, shader_modules};
+        let key = KernelKey::default();
+        let constants = ["STACK_SIZE", "LIGHT_TREE_DEPTH", "ATTRIBUTE_STRIDE"]
+            .map(|name| surelight_prepare::Constant { name, value: 8 });
+        let texts: Vec<_> = shader_modules().iter().map(|&(path, source)| (path, source.to_owned())).collect();
+        let print = |source: &str| {
+            let unit: wesl::syntax::TranslationUnit = source.parse().unwrap_or_else(|e| panic!("{e}"));
+            let mut text = source.to_owned();
+            for node in unit.global_declarations.iter().rev() {
+                text.replace_range(node.span().range(), &node.to_string());
+            }
+            text
+        };
+        let printed: Vec<_> = texts.iter().map(|(path, source)| (*path, print(source))).collect();
+        let kernel = |modules: &[(&str, String)]| {
+            compose_modules(path_kernel(&key).0, &key, &constants, modules).unwrap_or_else(|e| panic!("{e}")).wgsl
+        };
+        assert_eq!(kernel(&texts), kernel(&printed));
     }
 }

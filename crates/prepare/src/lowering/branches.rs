@@ -12,7 +12,7 @@
 
 use wesl::syntax::{Attribute, CompoundStatement, GlobalDeclaration, IfStatement, Statement, TranslationUnit};
 
-use super::visit::each_statement;
+use crate::syntax::each_statement;
 
 /// Marks the statements: `@branch`.
 const MARK: &str = "branch";

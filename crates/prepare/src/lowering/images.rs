@@ -10,7 +10,7 @@ use std::fmt::Write;
 use naga::{AddressSpace, Scalar, ScalarKind, TypeInner, VectorSize};
 use wesl::syntax::{Declaration, Expression, GlobalDeclaration, Statement, TranslationUnit};
 
-use super::visit::{each_expression, each_statement};
+use crate::syntax::{each_expression, each_statement};
 
 /// Texels in a row of an image in place of a buffer; 16 bytes each.
 pub const IMAGE_WIDTH: u32 = 4096;

@@ -11,4 +11,3 @@
 
 pub(crate) mod branches;
 pub(crate) mod images;
-mod visit;

@@ -1,9 +1,9 @@
-//! Walks over the statements and expressions of a function.
+//! Visits of the statements and expressions of a WGSL function.
 
 use wesl::syntax::{CompoundStatement, Expression, Statement};
 
 /// Calls `f` on every statement, inner ones first.
-pub(super) fn each_statement(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Statement)) {
+pub fn each_statement(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Statement)) {
     for statement in &mut block.statements {
         let statement = statement.node_mut();
         for inner in blocks(statement) {
@@ -13,8 +13,8 @@ pub(super) fn each_statement(block: &mut CompoundStatement, f: &mut impl FnMut(&
     }
 }
 
-/// Calls `f` on every expression, operands first.
-pub(super) fn each_expression(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Expression)) {
+/// Calls `f` on every expression, operands first. The left sides of assignments are not visited.
+pub fn each_expression(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Expression)) {
     each_statement(block, &mut |statement| {
         for expression in expressions(statement) {
             visit(expression, f);
@@ -47,7 +47,7 @@ fn blocks(statement: &mut Statement) -> Vec<&mut CompoundStatement> {
 /// The expressions of a statement itself.
 fn expressions(statement: &mut Statement) -> Vec<&mut Expression> {
     match statement {
-        Statement::Assignment(s) => vec![s.lhs.node_mut(), s.rhs.node_mut()],
+        Statement::Assignment(s) => vec![s.rhs.node_mut()],
         Statement::Increment(s) => vec![s.expression.node_mut()],
         Statement::Decrement(s) => vec![s.expression.node_mut()],
         Statement::If(s) => {
