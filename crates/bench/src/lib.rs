@@ -1,7 +1,7 @@
 //! Speed against accuracy: races the renderer's methods on a scene and reports which reaches a
 //! given error first.
 //!
-//! A [`Method`] is an integrator, a sampler and the switches that matter. [`race`] renders each of
+//! A [`Method`] is an integrator, a sampler and further options. [`race`] renders each of
 //! them progressively, several times, in turn, and compares every checkpoint with a
 //! [`measure::Reference`], whose own noise is subtracted. The measurements are [`data::Data`]:
 //! `data.json` and `data.csv` hold all of them, and the whole report is computed from them.

@@ -36,7 +36,7 @@ fn both(name: &'static str, draw: impl Fn(Format) -> Result<String, BenchError>)
     Ok(Chart { name, wide: draw(Format::Wide)?, narrow: draw(Format::Narrow)? })
 }
 
-/// Styles of the methods: a colour and a shape for each integrator with its switches, fill and
+/// Styles of the methods: a colour and a shape for each integrator with its options, fill and
 /// dashes for samplers.
 fn styles(scene: &SceneData) -> Vec<Style> {
     let mut groups = Vec::new();
