@@ -1,4 +1,4 @@
-//! From rows to answers: curves over repeats, slopes, times to an error, efficiency, bias.
+//! Statistics of the rows: curves over repeats, slopes, times to an error, efficiency, bias.
 //!
 //! Repeats have independent samples, so intervals come from their spread: of logarithms where the
 //! figure is a ratio, by Student's t. Checkpoints of one repeat share their samples, so none is
@@ -15,7 +15,7 @@ use crate::data::{Row, SceneData};
 /// Confidence of every interval in a report.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Where a method's time goes; the kernel is one, so that the device has no stages within.
+/// The stages of a method's time; the kernel is a single one.
 pub const STAGES: [&str; 5] = [
     "BVH, lights, textures",
     "compiling, upload",
@@ -27,13 +27,13 @@ pub const STAGES: [&str; 5] = [
 /// A checkpoint over all repeats that reached it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
     /// Mean seconds.
     pub seconds: f64,
     /// √ of the mean relative mean square error.
     pub error: f64,
-    /// Least and greatest relative error of a repeat.
+    /// Minimum and maximum relative error of a repeat.
     pub band: [f64; 2],
 }
 
@@ -48,7 +48,7 @@ impl SceneData {
         row.rel_mse > self.floor() && row.rel_mse > 0.0
     }
 
-    /// A method's checkpoints over repeats, those below the reference's noise left out.
+    /// A method's checkpoints over repeats, except those below the reference's noise.
     pub fn curve(&self, method: usize) -> Vec<Point> {
         let mut points = Vec::new();
         for &spp in &self.methods[method].checkpoints {
@@ -78,8 +78,8 @@ impl SceneData {
     }
 
     /// Exponent of the error as a power of the samples: −0.5 for independent samples. Fitted to
-    /// each repeat by least squares of logarithms, from 4 samples a pixel where three checkpoints
-    /// are left.
+    /// each repeat by least squares of logarithms, from 4 samples per pixel where three checkpoints
+    /// remain.
     pub fn slope(&self, method: usize) -> Option<Interval> {
         let slopes: Vec<f64> = (0..self.repeats)
             .filter_map(|repeat| {
@@ -91,14 +91,14 @@ impl SceneData {
         Interval::of(&slopes)
     }
 
-    /// Seconds that each repeat took to a relative error; `None` where one did not get there.
+    /// Seconds that each repeat took to a relative error; `None` where one did not reach it.
     pub fn times_to(&self, method: usize, error: f64) -> Option<Vec<f64>> {
         let repeats = (0..self.repeats).filter(|&repeat| self.rows_of(method).any(|r| r.repeat == repeat));
         let times: Option<Vec<f64>> = repeats.map(|repeat| time_to(&self.path(method, repeat), error)).collect();
         times.filter(|times| !times.is_empty())
     }
 
-    /// The same over repeats.
+    /// The mean over repeats, with its interval.
     pub fn time_to(&self, method: usize, error: f64) -> Option<Interval> {
         Interval::of_ratio(&self.times_to(method, error)?)
     }
@@ -148,8 +148,8 @@ impl SceneData {
         levels[levels.len().saturating_sub(8)..].to_vec()
     }
 
-    /// Checkpoints of methods without bias that no other comes before in both time and error, from
-    /// coarse to fine, with their methods.
+    /// The Pareto front of the methods without bias: checkpoints that no other precedes in both
+    /// time and error, from coarse to fine, with their methods.
     pub fn front(&self) -> Vec<(usize, Point)> {
         let honest = (0..self.methods.len()).filter(|&m| self.methods[m].biased.is_none());
         let mut all: Vec<(usize, Point)> =
@@ -164,8 +164,8 @@ impl SceneData {
         all
     }
 
-    /// Predicted and real relative error at each checkpoint that has batches enough for an error
-    /// bar, over repeats.
+    /// Predicted and real relative error, over repeats, at each checkpoint that has enough batches
+    /// for an error bar.
     pub fn calibration(&self, method: usize) -> Vec<(f64, f64)> {
         let mut points = Vec::new();
         for &spp in &self.methods[method].checkpoints {
@@ -181,7 +181,7 @@ impl SceneData {
         points
     }
 
-    /// Seconds on the wall of a method, all repeats, in the order of [`STAGES`].
+    /// Wall-clock seconds of a method, all repeats together, in the order of [`STAGES`].
     pub fn stages(&self, method: usize) -> [f64; STAGES.len()] {
         let data = &self.methods[method];
         let last = data.checkpoints.last();
@@ -189,7 +189,7 @@ impl SceneData {
         let sum = |of: &dyn Fn(&Row) -> f64| ends().map(of).sum::<f64>();
         let device = sum(&|r| r.device_seconds);
         let waiting = sum(&|r| r.dispatch_seconds.map_or(0.0, |all| (all - r.device_seconds).max(0.0)));
-        // Older reports know the host's part as a whole only.
+        // Older reports have only the sum of the host's stages.
         let host = sum(&|r| match (r.read_seconds, r.film_seconds) {
             (Some(read), Some(film)) => read + film,
             _ => (r.wall_seconds - r.device_seconds).max(0.0),
@@ -221,8 +221,8 @@ fn slope(path: &[[f64; 3]]) -> Option<f64> {
     (spread > 0.0).then(|| joint / spread)
 }
 
-/// Seconds from which on a path stays at an error or below, between checkpoints along a straight
-/// line of logarithms. A path that was there by luck, until it found something bright, has not
+/// Seconds from which on a curve stays at an error or below, interpolated between checkpoints in
+/// log–log scale. A curve that was there by chance, until it found something bright, has not
 /// converged.
 fn time_to(path: &[[f64; 3]], error: f64) -> Option<f64> {
     let at = path.iter().rposition(|p| p[2] > error).map_or(0, |last_above| last_above + 1);

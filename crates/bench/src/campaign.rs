@@ -15,7 +15,7 @@ use crate::{
     tracer::Subject,
 };
 
-/// Progress of a campaign: which scene of how many, and the progress of its race.
+/// Progress of a campaign: index of the scene, number of scenes, and the progress of the race.
 pub type WatchAll<'w> = dyn FnMut(&str, usize, &Status) -> bool + 'w;
 
 /// Races on every scene and writes the report to `folder`. With `resume`, what an interrupted
@@ -23,8 +23,8 @@ pub type WatchAll<'w> = dyn FnMut(&str, usize, &Status) -> bool + 'w;
 /// `watch` stopped it, the report holds what there is.
 ///
 /// # Errors
-/// Where a device or a disk fails, where `resume` finds a report of something else, and where it
-/// was stopped before anything was measured.
+/// Where a device or a disk fails, where `resume` finds a report of another campaign, and where it
+/// is stopped before the first measurement.
 pub fn campaign(
     device: &Device,
     subjects: &[Subject],
@@ -65,7 +65,7 @@ pub fn campaign(
         let mut save = |scene: &SceneData| {
             let mut data = before.clone();
             data.scenes.push(scene.clone());
-            // Scenes that come later are kept for the next time as they are.
+            // Keeps later scenes as they are, for the next resumption.
             data.scenes.extend(rest.iter().filter(|s| !before.scenes.iter().any(|b| b.name == s.name)).cloned());
             write_data(folder, &data)
         };
@@ -92,8 +92,8 @@ pub fn campaign(
     Ok((data, complete))
 }
 
-/// The warning where a race continues under other conditions. Times of two devices do not go
-/// together.
+/// The warning where a race continues with another version. An error on another device: times of
+/// two devices cannot be combined.
 fn another(then: &Conditions, now: &Conditions, folder: &Path) -> Result<Option<String>, BenchError> {
     if (&then.device, &then.cpu) != (&now.device, &now.cpu) {
         let cause = format!("cannot be resumed: it was begun on {} ({})", then.device, then.cpu);

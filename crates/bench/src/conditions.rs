@@ -1,4 +1,4 @@
-//! Under which conditions something was measured: without them a speed says nothing.
+//! The conditions of a measurement: without them a speed has no meaning.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,7 +10,7 @@ use surelight_render::AdapterInfo;
 pub struct Conditions {
     /// Version of Surelight.
     pub version: String,
-    /// Commit that it was built from, `+` where files had changed; empty where unknown.
+    /// Commit of the build, with `+` where files had changed; empty where unknown.
     pub commit: String,
     /// Date and time, UTC.
     pub date: String,
@@ -22,18 +22,17 @@ pub struct Conditions {
     pub backend: String,
     /// Whether the device is a software driver.
     pub software: bool,
-    /// What device seconds are: `timestamp queries`, or `waiting for dispatches` where the device
+    /// Source of device seconds: `timestamp queries`, or `waiting for dispatches` where the device
     /// has none; empty in older reports.
     #[serde(default)]
     pub device_clock: String,
     /// Processor.
     pub cpu: String,
-    /// Its threads that this program may use.
+    /// Threads of the processor that this program may use.
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Processes that wanted to run, on average of the last minute before the start; empty where
-    /// unknown.
+    /// Load average of the last minute before the start; empty where unknown.
     pub load: String,
     /// The user's note on the conditions.
     pub note: String,
@@ -89,8 +88,8 @@ fn date(seconds: u64) -> String {
     format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", rest / 3600, rest / 60 % 60)
 }
 
-/// Processor seconds of this process so far, all threads that are there together; `None` where the
-/// system does not report it.
+/// CPU seconds of this process so far, summed over its live threads; `None` where the system does
+/// not report them.
 pub fn cpu_seconds() -> Option<f64> {
     threads_nanoseconds().map(|n| n as f64 * 1e-9).or_else(process_seconds)
 }
@@ -100,7 +99,7 @@ pub fn cpu_seconds() -> Option<f64> {
 fn threads_nanoseconds() -> Option<u64> {
     let mut sum = 0u64;
     for task in std::fs::read_dir("/proc/self/task").ok()? {
-        // A thread may end while they are read.
+        // A thread may end while the files are read.
         let Ok(text) = std::fs::read_to_string(task.ok()?.path().join("schedstat")) else { continue };
         sum += text.split_whitespace().next()?.parse::<u64>().ok()?;
     }
@@ -109,7 +108,7 @@ fn threads_nanoseconds() -> Option<u64> {
 
 /// To a hundredth of a second, on every Linux.
 fn process_seconds() -> Option<f64> {
-    // Fields 14 and 15 of proc(5)'s stat: user and system time in ticks, 100 a second on every
+    // Fields 14 and 15 of proc(5)'s stat: user and system time in ticks, 100 per second on every
     // Linux that Rust runs on. The program's name, which may hold spaces, ends with the last
     // parenthesis.
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
@@ -144,7 +143,7 @@ mod tests {
             while start.elapsed().as_millis() < 200 {}
             (cpu_seconds().unwrap() - before.0, process_seconds().unwrap() - before.1)
         };
-        // Other tests' threads end meanwhile, and take their seconds with them.
+        // Threads of other tests end meanwhile; their seconds are no longer included.
         let taken: Vec<_> = (0..20).map(|_| takes()).collect();
         assert!(taken.iter().any(|t| t.0 >= 0.01), "{taken:?}");
         assert!(taken.iter().any(|t| t.1 >= 0.01), "{taken:?}");

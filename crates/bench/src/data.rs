@@ -10,52 +10,51 @@ use crate::{conditions::Conditions, method::MethodWords};
 /// Number of the layout of `data.json`; another one is refused.
 pub const SCHEMA: u32 = 1;
 
-/// Everything of a report but its pictures.
+/// A report without its pictures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Data {
     /// [`SCHEMA`].
     pub schema: u32,
     /// Machine, driver, version, date.
     pub conditions: Conditions,
-    /// One entry a scene.
+    /// One entry per scene.
     pub scenes: Vec<SceneData>,
 }
 
-/// Which seconds the report counts.
+/// The clock of a report's seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Clock {
-    /// Seconds on the wall of tracing and adding up.
+    /// Wall-clock seconds of tracing and adding up.
     #[default]
     Wall,
-    /// Seconds of dispatches by the device's own clock; waiting for them included where it has
+    /// Seconds of dispatches by the device's timestamps; including the wait for them where it has
     /// none.
     Device,
-    /// Processor seconds over the number of cores: for software drivers on a machine that is
-    /// shared.
+    /// CPU seconds divided by the number of cores: for software drivers on a shared machine.
     Cpu,
 }
 
 /// A scene and the methods that were raced on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneData {
-    /// Short name, unique in the report; also that of its folder.
+    /// Short name, unique in the report; also the name of its folder.
     pub name: String,
-    /// The file as it was given.
+    /// The path of the file, as given.
     pub file: String,
-    /// Hash of the scene as loaded.
+    /// Hash of the loaded scene.
     pub hash: String,
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
     /// Triangles in the BVH.
     pub triangles: u64,
-    /// Repeats of each method, every one with samples of its own.
+    /// Repeats of each method, each with independent samples.
     pub repeats: u32,
-    /// Seconds a method had, all repeats together; `None` where samples were counted.
+    /// Seconds per method, all repeats together; `None` where the number of samples was given.
     pub seconds_a_method: Option<f64>,
-    /// Which seconds the charts show.
+    /// The clock of the charts.
     pub clock: Clock,
     /// Seconds to read the file.
     pub load_seconds: f64,
@@ -63,10 +62,10 @@ pub struct SceneData {
     pub reference: ReferenceData,
     /// The methods.
     pub methods: Vec<MethodData>,
-    /// The share of the device's time that traversal takes; `None` where it was not measured.
+    /// The fraction of the device's time that traversal takes; `None` where it was not measured.
     #[serde(default)]
     pub walk: Option<WalkData>,
-    /// Checkpoints, in the order in which they were measured.
+    /// Checkpoints, in the order of measurement.
     pub rows: Vec<Row>,
     /// Irregularities.
     pub warnings: Vec<String>,
@@ -75,32 +74,32 @@ pub struct SceneData {
 /// The reference of the errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceData {
-    /// The method that made it, or the file.
+    /// The method that rendered it, or the file.
     pub source: String,
-    /// Why this method; empty for a file and in older reports.
+    /// The reason for this method; empty for a file and in older reports.
     #[serde(default)]
     pub reason: String,
-    /// Samples a pixel; 0 where a file does not state them.
+    /// Samples per pixel; 0 where a file does not state them.
     pub spp: u64,
     /// Seconds it took.
     pub seconds: f64,
     /// Mean over pixels and channels, radiance.
     pub mean: f64,
-    /// Standard error of that mean; `None` where the file does not know its variance.
+    /// Standard error of that mean; `None` where the file has no variance.
     pub mean_se: Option<f64>,
-    /// Its own mean square error relative to itself, which is taken off the errors of others;
+    /// Its own relative mean square error, which is subtracted from the errors of the methods;
     /// `None` where unknown.
     pub rel_mse: Option<f64>,
-    /// Share of its pixels whose own error bar cannot be believed.
+    /// Fraction of its pixels whose error bar is not certified.
     pub uncertified: Option<f64>,
 }
 
-/// The share of a kernel's time that traversal of the BVH takes.
+/// The fraction of a kernel's time that traversal of the BVH takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WalkData {
     /// The method it was measured with.
     pub method: String,
-    /// Share of the time.
+    /// Fraction of the time.
     pub share: f64,
     /// Lower end of its 95 % interval.
     pub low: f64,
@@ -116,9 +115,9 @@ pub struct MethodData {
     /// Its parts.
     #[serde(flatten)]
     pub words: MethodWords,
-    /// Why its expected picture is not the true one; `None` where it is.
+    /// The reason for which its expected picture is not the true one; `None` where it is.
     pub biased: Option<String>,
-    /// Samples a pixel at each checkpoint.
+    /// Samples per pixel at each checkpoint.
     pub checkpoints: Vec<u32>,
     /// Seconds to build the BVH, the lights and the textures.
     pub prepare_seconds: f64,
@@ -128,37 +127,38 @@ pub struct MethodData {
     pub device_bytes: u64,
 }
 
-/// A checkpoint: the picture after so many samples, held against the reference.
+/// A checkpoint: the picture after a number of samples, compared with the reference.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Index of the method.
     pub method: usize,
-    /// Which repeat, from 0.
+    /// Index of the repeat.
     pub repeat: u32,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub spp: u32,
-    /// Independent batches that they came in.
+    /// Number of independent batches.
     pub batches: u32,
     /// Rays traced so far.
     pub rays: u64,
     /// Camera paths so far.
     pub paths: u64,
-    /// Seconds of dispatches so far, by the device's own clock where it has one
+    /// Seconds of dispatches so far, by the device's timestamps where it has them
     /// ([`Conditions::device_clock`]).
     pub device_seconds: f64,
-    /// Seconds from each dispatch's submission until it was known to be done; `None` in older
+    /// Seconds from the submission of each dispatch to its completion on the host; `None` in older
     /// reports.
     #[serde(default)]
     pub dispatch_seconds: Option<f64>,
     /// Seconds of reading sums back from the device so far; `None` as above.
     #[serde(default)]
     pub read_seconds: Option<f64>,
-    /// Seconds of adding them to the film so far; `None` as above.
+    /// Seconds of adding these sums to the film so far; `None` as above.
     #[serde(default)]
     pub film_seconds: Option<f64>,
-    /// Seconds on the wall so far, tracing and adding up.
+    /// Wall-clock seconds so far, of tracing and adding up.
     pub wall_seconds: f64,
-    /// Processor seconds over cores so far; `None` where the system does not report them.
+    /// CPU seconds divided by the number of cores so far; `None` where the system does not report
+    /// them.
     pub cpu_seconds: Option<f64>,
     /// Mean over pixels and channels, radiance.
     pub mean: f64,
@@ -166,29 +166,28 @@ pub struct Row {
     pub mean_se: Option<f64>,
     /// (mean − reference's) / reference's.
     pub mean_error: f64,
-    /// Mean square error in radiance, the reference's own taken off: may fall below zero where
-    /// nothing is left.
+    /// Mean square error in radiance, less the reference's own: negative where noise exceeds the
+    /// difference.
     pub mse: f64,
-    /// Mean of (x − r)²/(r² + 0.01·r̄²), the reference's own subtracted, too.
+    /// Mean of (x − r)²/(r² + 0.01·r̄²), less the reference's own, too.
     pub rel_mse: f64,
     /// The method's own estimate of the same from its batches; `None` below two.
     pub predicted_rel_mse: Option<f64>,
-    /// Share of the pixels' channels whose 95 % interval holds the reference; `None` below two
-    /// batches.
+    /// Fraction of the pixels' channels whose 95 % interval contains the reference; `None` below
+    /// two batches.
     pub coverage: Option<f64>,
-    /// Share of the pixels whose error bar the film itself does not certify; `None` where it was
-    /// not requested.
+    /// Fraction of the pixels that the film does not certify; `None` where it was not requested.
     pub uncertified: Option<f64>,
     /// Mean FLIP of the displayed picture, in the first repeat.
     pub flip: Option<f64>,
-    /// Samples that were not finite and left out.
+    /// Samples that were not finite and are excluded.
     pub dropped: u64,
-    /// Rays given up, their samples incomplete.
+    /// Rays whose traversal ended at its limit; their samples are incomplete.
     pub truncated: u64,
 }
 
 impl Row {
-    /// Seconds by a clock; the wall's where processor seconds are unknown.
+    /// Seconds by a clock; the wall clock where CPU seconds are unknown.
     pub fn seconds(&self, clock: Clock) -> f64 {
         match clock {
             Clock::Wall => self.wall_seconds,
@@ -197,7 +196,7 @@ impl Row {
         }
     }
 
-    /// √ of the relative mean square error, `None` where the reference's own error leaves nothing.
+    /// √ of the relative mean square error; `None` where that is not above zero.
     pub fn rel_rmse(&self) -> Option<f64> {
         (self.rel_mse > 0.0).then(|| self.rel_mse.sqrt())
     }

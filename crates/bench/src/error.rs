@@ -1,15 +1,15 @@
-//! What ends a race early.
+//! Errors of races and reports.
 
 use std::path::{Path, PathBuf};
 
-/// A race or a report that cannot be had.
+/// An error of a race or a report.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchError {
-    /// The device or the renderer.
+    /// An error of the device or the renderer.
     #[error(transparent)]
     Render(#[from] surelight_render::RenderError),
-    /// Films that do not fit together.
+    /// Films that cannot be combined.
     #[error(transparent)]
     Film(#[from] surelight_film::FilmError),
     /// A file that could not be written.
@@ -21,7 +21,7 @@ pub enum BenchError {
     /// A report, a list of points or a folder that is malformed.
     #[error("\"{}\" {cause}", path.display())]
     File {
-        /// Which.
+        /// Its path.
         path: PathBuf,
         /// The fault, as the end of a sentence.
         cause: String,
@@ -29,7 +29,7 @@ pub enum BenchError {
     /// A reference that does not fit the scene.
     #[error("the reference \"{}\" does not fit: {cause}", path.display())]
     Reference {
-        /// The image.
+        /// The path of the image.
         path: PathBuf,
         /// Why.
         cause: String,
@@ -37,15 +37,15 @@ pub enum BenchError {
     /// A chart that could not be drawn.
     #[error("the chart \"{name}\" could not be drawn: {cause}")]
     Chart {
-        /// Which.
+        /// Its name.
         name: String,
         /// Why.
         cause: String,
     },
-    /// Reports that have nothing in common.
+    /// Reports without a method on a scene in common.
     #[error("the reports cannot be compared: {0}")]
     Compare(String),
-    /// Stopped before there was anything to report.
+    /// Stopped before the first measurement.
     #[error("interrupted before anything was measured; nothing was written")]
     Interrupted,
 }
@@ -57,7 +57,7 @@ impl From<surelight_prepare::PrepareError> for BenchError {
 }
 
 impl BenchError {
-    /// Something about a file.
+    /// An error about a file.
     pub(crate) fn file(path: &Path, cause: impl std::fmt::Display) -> Self {
         Self::File { path: path.to_owned(), cause: cause.to_string() }
     }

@@ -1,8 +1,8 @@
-//! Two versions side by side: is the new one slower, less accurate, or does it show another
-//! picture?
+//! Regression test of two versions by their reports: whether the new one is slower, less accurate,
+//! or has another picture.
 //!
-//! Every method that both reports have is held against itself, at the largest number of samples
-//! that both have. *Speed* compares the seconds of a sample, *error* the relative mean square error
+//! Every method in both reports is compared with itself, at the largest number of samples that both
+//! have. *Speed* compares the seconds of a sample, *error* the relative mean square error
 //! at equal samples, *picture* the mean radiance, for which no reference is needed. A loss is
 //! called only where it exceeds the tolerance by more than the spread of repeats explains: the
 //! probability of any false alarm in the whole comparison is kept below 5 %, by Šidák's correction
@@ -29,9 +29,9 @@ const ALPHA: f64 = 0.05;
 /// Tolerances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tolerance {
-    /// Share by which time or error may grow: machines differ from day to day.
+    /// Relative increase of time or error that is tolerated: machines differ from day to day.
     pub ratio: f64,
-    /// Share by which the mean radiance may differ: rounding.
+    /// Relative difference of the mean radiance that is tolerated: rounding.
     pub mean: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct MethodChange {
     pub scene: String,
     /// Method.
     pub method: String,
-    /// Samples a pixel at which they are compared.
+    /// Samples per pixel at which they are compared.
     pub spp: u32,
     /// New seconds over old, with a 95 % interval.
     pub time: Interval,
@@ -67,7 +67,7 @@ pub struct MethodChange {
 pub struct Comparison {
     /// Every method that both have.
     pub methods: Vec<MethodChange>,
-    /// What could not be compared.
+    /// Notes about differences that limit the comparison.
     pub notes: Vec<String>,
     /// The tolerances.
     pub tolerance: Tolerance,
@@ -90,7 +90,7 @@ struct Pair<'a> {
     rows: [Vec<&'a Row>; 2],
 }
 
-/// Holds `new` against `old`.
+/// Compares `new` with `old`.
 ///
 /// # Errors
 /// Where the reports have no method on the same scene in common.
@@ -105,10 +105,12 @@ pub fn compare(old: &Data, new: &Data, tolerance: Tolerance) -> Result<Compariso
             }
             Some(before) => {
                 if before.hash != scene.hash {
-                    // A version that reads more of a file has another hash of it: no reason not to
-                    // look.
-                    notes
-                        .push(format!("{} is another scene, or is read otherwise, than in the old report", scene.name));
+                    // A version that reads more of a file has another hash of it, so this is only a
+                    // note.
+                    notes.push(format!(
+                        "{} is another scene than in the old report, or is read differently",
+                        scene.name
+                    ));
                 }
                 pairs.push(of_scene(before, scene));
             }
@@ -116,7 +118,7 @@ pub fn compare(old: &Data, new: &Data, tolerance: Tolerance) -> Result<Compariso
     }
     if old.conditions.device != new.conditions.device || old.conditions.cpu != new.conditions.cpu {
         notes.push(format!(
-            "the old report is of another machine ({}, {}): its times say little",
+            "the old report is of another machine ({}, {}): times are not comparable",
             old.conditions.device, old.conditions.cpu
         ));
     }
@@ -144,7 +146,7 @@ fn of_scene<'a>(old: &'a SceneData, new: &'a SceneData) -> Vec<Pair<'a>> {
             scene.rows_of(method).filter(|r| r.spp == spp).collect()
         };
         let rows = [at(old, before), at(new, method)];
-        // Another clock than the new one's would compare apples and pears.
+        // Times of different clocks cannot be compared.
         let clock: Clock = new.clock;
         let time = rows.each_ref().map(|rows| rows.iter().map(|r| r.seconds(clock).max(1e-9).ln()).collect());
         let error = rows
@@ -157,7 +159,7 @@ fn of_scene<'a>(old: &'a SceneData, new: &'a SceneData) -> Vec<Pair<'a>> {
 
 /// Judges the methods of a scene, each test at `level`.
 fn judge(pairs: &[Pair], level: f64, tolerance: Tolerance) -> Vec<MethodChange> {
-    // One spread of times for the whole scene.
+    // One variance of times for the whole scene.
     let freedom: f64 = pairs.iter().flat_map(|p| &p.time).map(|m| m.count() as f64 - 1.0).sum();
     let squares: f64 = pairs.iter().flat_map(|p| &p.time).map(|m| (m.count() as f64 - 1.0) * m.variance()).sum();
     let spread = squares / freedom;
@@ -214,8 +216,8 @@ mod tests {
 
     #[test]
     fn equal_versions_pass() {
-        // α = 5 % for a whole comparison: of 50, 2 alarms at most; without tolerance, too, where α
-        // is used up.
+        // α = 5 % for a whole comparison: at most 2 alarms in 50, also without tolerance, where the
+        // probability is α.
         let alarms = (0..50).filter(|&seed| !losses(seed, 1.0, 0.0).is_empty()).count();
         assert!(alarms <= 2, "{alarms}");
         let strict = Tolerance { ratio: 0.0, mean: 0.0 };
@@ -224,7 +226,7 @@ mod tests {
                 compare(&version(2 * seed, 1.0, 0.0), &version(2 * seed + 1, 1.0, 0.0), strict).unwrap().is_loss()
             })
             .count();
-        assert!(alarms <= 6, "{alarms}"); // 2.5 expected; 99 % of the time 6 at most
+        assert!(alarms <= 6, "{alarms}"); // 2.5 expected; at most 6 in 99 % of cases
     }
 
     #[test]

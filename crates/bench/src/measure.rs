@@ -1,4 +1,4 @@
-//! How far a film is from the reference, by the truth and by its own account.
+//! Errors of a film: the real ones, against the reference, and its own estimate of them.
 //!
 //! The reference is noisy, too. Where its variance is known it is taken off: E(x − r)² = Var x +
 //! bias² + Var r, so the remainder is the error that the picture would have against a perfect
@@ -14,25 +14,25 @@ use surelight_film::{
 /// dark pixels do not rule them.
 pub const EPSILON: f64 = 0.01;
 
-/// Confidence of the intervals whose coverage is counted.
+/// Confidence of the intervals whose coverage is measured.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// The picture that errors are measured from. Planes are red, green, blue.
+/// The picture against which errors are measured. Planes are red, green, blue.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
     /// Rows.
     pub height: usize,
     /// Mean radiance.
     pub rgb: [Vec<f32>; 3],
-    /// Variance of the mean; `None` where it is not known, and taken for none.
+    /// Variance of the mean; `None` where it is unknown, and then taken as 0.
     pub variance: Option<[Vec<f32>; 3]>,
     /// Whether the pixels of each 2×2 square used one another's paths.
     pub reuses_paths: bool,
 }
 
-/// A film held against a reference; the fields are those of [`crate::data::Row`].
+/// A film compared with a reference; the fields are those of [`crate::data::Row`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Mean over pixels and channels.
@@ -41,13 +41,13 @@ pub struct Errors {
     pub mean_se: Option<f64>,
     /// Relative error of that mean.
     pub mean_error: f64,
-    /// Mean square error, without the reference's.
+    /// Mean square error, less the reference's.
     pub mse: f64,
-    /// Relative mean square error, without the reference's.
+    /// Relative mean square error, less the reference's.
     pub rel_mse: f64,
-    /// The film's own estimate of it.
+    /// The film's own estimate of `rel_mse`.
     pub predicted_rel_mse: Option<f64>,
-    /// Share of the intervals that hold the reference.
+    /// Fraction of the intervals that contain the reference.
     pub coverage: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ impl Reference {
         }
     }
 
-    /// As comparisons take it.
+    /// The reference as a [`Picture`].
     pub fn picture(&self) -> Picture<'_> {
         Picture {
             width: self.width,
@@ -104,7 +104,7 @@ impl Reference {
         }
     }
 
-    /// Whether a pixel can be used: values that are not finite cannot.
+    /// Whether a pixel can be used: its values are finite.
     fn usable(&self, i: usize) -> bool {
         let pixel = self.pixel(i);
         pixel.mean.iter().chain(pixel.variance.iter().flatten()).all(|x| x.is_finite())
@@ -143,11 +143,11 @@ impl Reference {
 
 #[derive(Default)]
 struct Sums {
-    /// Pixels a row.
+    /// Pixels per row.
     width: usize,
     /// Pixels along a side of the squares that are independent of one another.
     side: usize,
-    /// Of each of these, standard deviations added up.
+    /// Sum of standard deviations in each of these squares.
     deviations: Vec<f64>,
     count: usize,
     mean: f64,
@@ -179,7 +179,7 @@ impl Sums {
             if let Some(v) = x.variance {
                 self.predicted += v[c] * weight;
                 deviations += v[c].sqrt();
-                // A channel without any spread claims no interval.
+                // A channel without variance has no interval.
                 if v[c] > 0.0 {
                     self.intervals += 1;
                     self.held += usize::from(d.abs() <= t * (v[c] + vr).sqrt());
@@ -190,14 +190,14 @@ impl Sums {
         self.deviations[square] += deviations;
     }
 
-    /// Variance of the sum of means. What shares paths, as channels do, errs together at worst;
-    /// nothing else does.
+    /// Upper bound on the variance of the sum of means: values that share paths, such as channels,
+    /// are taken as fully correlated, all others are independent.
     fn mean_variance(&self) -> f64 {
         self.deviations.iter().map(|d| d * d).sum()
     }
 }
 
-/// Holds a film against the reference. Both must have the same size. `reuses_paths`: the film's
+/// Compares a film with the reference. Both must have the same size. `reuses_paths`: the film's
 /// pixels of each 2×2 square reused one another's paths.
 pub fn measure(film: &Film, reference: &Reference, reuses_paths: bool) -> Errors {
     let floor = reference.floor();
@@ -249,8 +249,8 @@ mod tests {
 
     #[test]
     fn the_references_own_noise_is_taken_off() {
-        // Both have a variance of 0.16²·…/16 = 0.04² of the mean; the raw difference would show
-        // twice of it.
+        // Both have a variance of 0.16²·…/16 = 0.04² of the mean; the raw difference has twice as
+        // much.
         let reference = Reference::of(&film(1, 2.0, 0.32));
         let errors = measure(&film(2, 2.0, 0.32), &reference, false);
         let expected: f64 = 0.08 * 0.08;
@@ -278,10 +278,10 @@ mod tests {
         let reference = Reference::of(&film(1, 1.0, 0.0));
         let film = film(3, 1.0, 0.1);
         let [apart, shared] = [false, true].map(|shares| measure(&film, &reference, shares).mean_se.unwrap());
-        // Four deviations that are alike: 4² instead of 4 times 1².
+        // Four equal deviations: 4² instead of 4 times 1².
         assert!((shared / apart - 2.0).abs() < 0.1, "{shared} against {apart}");
         let own = |reuses_paths| Reference { reuses_paths, ..Reference::of(&film) }.own_error().mean_se.unwrap();
-        // Its variances are kept as f32.
+        // Its variances are stored as f32.
         assert!((own(false) / apart - 1.0).abs() < 1e-6 && (own(true) / shared - 1.0).abs() < 1e-6);
     }
 

@@ -10,24 +10,24 @@ use surelight_scene::Scene;
 pub struct Method {
     /// How paths are sampled.
     pub integrator: Integrator,
-    /// Where their random numbers come from.
+    /// Source of their random numbers.
     pub sampler: Sampler,
-    /// Scattering events that a path may have; `None`: no limit.
+    /// Maximum number of scattering events of a path; `None`: no limit.
     pub max_bounces: Option<u32>,
     /// Clamp of a sample's components; `None`: none.
     pub max_radiance: Option<f32>,
-    /// Whether all Sobol points of a pixel are of one sequence, instead of a scramble a batch.
+    /// Whether all Sobol points of a pixel are of one sequence, instead of one scramble per batch.
     pub one_scramble: bool,
     /// Whether the pixels of each 2×2 square use one another's paths, where they can.
     pub shared_paths: bool,
 }
 
-/// The same in words, as the reports keep it.
+/// The same in words, as stored in reports.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct MethodWords {
     /// `hemisphere`, `area`, `mis`, `caustics` or `whitted`.
     pub integrator: String,
-    /// `uniform`, `cosine` or `bsdf`, where the integrator samples directions alone.
+    /// `uniform`, `cosine` or `bsdf`, where the integrator samples directions only.
     pub directions: Option<String>,
     /// `independent`, `stratified` or `sobol`.
     pub sampler: String,
@@ -44,8 +44,7 @@ pub struct MethodWords {
 }
 
 impl Method {
-    /// Light sampling and BSDF sampling joined, Sobol points, nothing that biases, each pixel by
-    /// itself.
+    /// Light sampling and BSDF sampling combined by MIS, Sobol points, no bias, no path reuse.
     pub const DEFAULT: Self = Self {
         integrator: Integrator::Mis,
         sampler: Sampler::Sobol,
@@ -103,7 +102,7 @@ impl Method {
         name
     }
 
-    /// What makes its expected picture another than the true one; `None` where it is the true one.
+    /// The reason for which its expected picture is not the true one; `None` where it is.
     pub fn bias(&self, scene: &Scene) -> Option<String> {
         let mut reasons = Vec::new();
         if self.integrator.is_biased() {
@@ -121,7 +120,7 @@ impl Method {
         (!reasons.is_empty()).then(|| reasons.join("; "))
     }
 
-    /// The method to try beside all others where there are mirrors or smooth glass.
+    /// The method for caustics, tried where there are mirrors or smooth glass.
     pub const CAUSTICS: Self = Self { integrator: Integrator::Caustics, ..Self::DEFAULT };
 
     /// The settings that render it.
@@ -138,12 +137,12 @@ impl Method {
     }
 }
 
-/// What reports of versions before this switch had.
+/// The value of reports from before this option.
 fn many() -> String {
     "many".into()
 }
 
-/// What reports of versions before path reuse had.
+/// The value of reports from before path reuse.
 fn off() -> String {
     "off".into()
 }

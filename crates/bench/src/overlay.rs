@@ -4,30 +4,30 @@ use std::path::Path;
 
 use crate::{data::SceneData, error::BenchError};
 
-/// A render by someone else.
+/// A render by another renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peer {
-    /// Name of the scene, as the report calls it.
+    /// Name of the scene in the report.
     pub scene: String,
     /// Name of the renderer.
     pub renderer: String,
     /// Seconds it took.
     pub seconds: f64,
-    /// Its relative mean square error, measured as the report does.
+    /// Its relative mean square error, as defined in the report.
     pub rel_mse: f64,
-    /// Samples a pixel, where known.
+    /// Samples per pixel, where known.
     pub spp: Option<u32>,
-    /// Pixels of its picture, where known: seconds of pictures of another size do not compare.
+    /// Pixels of its picture, where known: seconds at another size are not comparable.
     pub pixels: Option<u64>,
 }
 
-/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and, if
-/// you like, `spp` and `pixels`, in any order and among others; or from a JSON array of races
+/// Reads points from a CSV file with the columns `scene`, `renderer`, `seconds`, `rel_mse` and,
+/// optionally, `spp` and `pixels`, in any order and among others; or from a JSON array of races
 /// between renderers, whose objects have `scene`, `renderer`, `spp`, `relmse`, `efficiency` =
-/// 1/(relmse · seconds) and `mpaths`, million paths a second.
+/// 1/(relmse · seconds) and `mpaths`, million paths per second.
 ///
 /// # Errors
-/// Where the file cannot be read, lacks a column, or holds something else than numbers above zero.
+/// Where the file cannot be read, lacks a column, or has values other than numbers above zero.
 pub fn read_overlay(path: &Path) -> Result<Vec<Peer>, BenchError> {
     let text = std::fs::read_to_string(path)
         .map_err(|e| BenchError::file(path, format!("cannot be read: {}", surelight_film::io_cause(&e))))?;
@@ -48,15 +48,15 @@ struct Race {
 
 fn parse_races(text: &str) -> Result<Vec<Peer>, String> {
     let races: Vec<Race> =
-        serde_json::from_str(text).map_err(|e| format!("is no JSON array of races between renderers: {e}"))?;
-    // A relative mean square error below zero is one that the reference's noise has swallowed.
+        serde_json::from_str(text).map_err(|e| format!("is not a JSON array of races between renderers: {e}"))?;
+    // The relative mean square error is negative where it is below the reference's noise.
     let known = races.into_iter().filter(|race| race.relmse > 0.0);
     known
         .map(|race| {
             let seconds = 1.0 / (race.relmse * race.efficiency);
             let paths = race.mpaths * 1e6 * seconds;
             if !(seconds > 0.0 && seconds.is_finite() && paths > 0.0 && paths.is_finite() && race.spp > 0) {
-                return Err(format!("has no time that makes sense for {} on {}", race.renderer, race.scene));
+                return Err(format!("has no valid time for {} on {}", race.renderer, race.scene));
             }
             Ok(Peer {
                 scene: race.scene,
@@ -70,7 +70,7 @@ fn parse_races(text: &str) -> Result<Vec<Peer>, String> {
         .collect()
 }
 
-/// What must be stated of points before they are read off the charts of a scene.
+/// Warnings about the points on the charts of a scene.
 pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
     let mut doubts = Vec::new();
     let pixels = u64::from(scene.width) * u64::from(scene.height);
@@ -82,7 +82,7 @@ pub(crate) fn doubts(peers: &[Peer], scene: &SceneData) -> Vec<String> {
     let other = |p: &&Peer| p.scene == scene.name && p.pixels.is_some_and(|n| n.abs_diff(pixels) > pixels / 100);
     if let Some(Peer { pixels: Some(n), .. }) = peers.iter().find(other) {
         doubts.push(format!(
-            "other renderers' points are of pictures of {n} pixels, these have {pixels}: their seconds do not compare (--size chooses)"
+            "other renderers' points are of pictures of {n} pixels, these have {pixels}: their seconds are not comparable (--size sets the size)"
         ));
     }
     doubts
@@ -112,7 +112,7 @@ fn parse(text: &str) -> Result<Vec<Peer>, String> {
         let field = |index: usize| record.get(index).unwrap_or_default();
         let positive = |index: usize, name: &str| match field(index).parse::<f64>() {
             Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-            _ => Err(format!("has \"{}\" for {name} in line {line}; a number above zero is wanted", field(index))),
+            _ => Err(format!("has \"{}\" for {name} in line {line}; it must be a number above zero", field(index))),
         };
         peers.push(Peer {
             scene: field(scene).to_owned(),
@@ -176,9 +176,9 @@ mod tests {
         assert!(doubts(&peers, &scene("box", 160))[0].contains("65536 pixels, these have 25600"));
         assert!(doubts(&peers, &scene("other", 256))[0].contains("no point of the overlay is of other, but of box"));
         for (text, words) in [
-            ("[{\"scene\": 1}]", "is no JSON array of races"),
-            ("{\"scenes\": []}", "is no JSON array of races"),
-            (&race.replace("190.73486328125", "0"), "no time that makes sense for elsewhere on box"),
+            ("[{\"scene\": 1}]", "is not a JSON array of races"),
+            ("{\"scenes\": []}", "is not a JSON array of races"),
+            (&race.replace("190.73486328125", "0"), "no valid time for elsewhere on box"),
         ] {
             assert!(parse_races(text).unwrap_err().contains(words), "{text}");
         }

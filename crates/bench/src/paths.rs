@@ -7,9 +7,10 @@ use surelight_render::{RenderError, Renderer};
 
 use crate::conditions::{cpu_seconds, threads};
 
-/// Nanoseconds of a path in each round, of each renderer: seconds of the device, or with a software
-/// driver processor seconds over cores, which other work on the machine changes less. All renderers
-/// must show `size` pixels. A round takes about `seconds` of each; one more before them warms up.
+/// Nanoseconds per path, for each renderer and round, by the device's clock; with a software driver
+/// by CPU seconds divided by the number of cores, which other work on the machine affects less. All
+/// renderers must have `size` pixels. A round takes about `seconds` per renderer; one additional
+/// round before them warms up.
 ///
 /// # Errors
 /// Where the device fails.
@@ -44,7 +45,7 @@ pub fn race_paths(
     Ok(times)
 }
 
-/// The middle of some figures; NaN of none.
+/// The median of some figures; NaN of none.
 pub fn median(figures: &[f64]) -> f64 {
     let mut sorted = figures.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Where a picture errs, as a picture.
+//! Maps of a picture's errors.
 
 use std::path::Path;
 
@@ -9,16 +9,15 @@ use crate::{
     measure::{EPSILON, Reference},
 };
 
-/// Relative error at which the colour of a map is full: the scale of all maps, so that they can be
-/// compared.
+/// Relative error at full colour: the scale of all maps, so that they can be compared.
 pub const FULL_ERROR: f64 = 0.5;
 
 /// Colour of the hatching on pixels that are not certified.
 const HATCH: [u8; 3] = [120, 120, 120];
 
 /// Signed relative error (x − r)/√(r² + 0.01·r̄²) of luminance: warm where the film is brighter,
-/// cool where it is darker. Pixels whose error bar the film does not certify are hatched: every
-/// fourth diagonal is grey.
+/// cool where it is darker. Pixels that the film does not certify are hatched: every fourth
+/// diagonal is grey.
 pub fn error_map(path: &Path, film: &Film, reference: &Reference) -> Result<(), BenchError> {
     let luminance = |rgb: [f64; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     let floor = EPSILON * reference.mean().powi(2);

@@ -1,57 +1,56 @@
-//! How long each method may run, and its checkpoints.
+//! The budget of each method, and its checkpoints.
 
 use std::path::PathBuf;
 
 use crate::{data::Clock, method::Method, overlay::Peer};
 
-/// How long each method may run.
+/// The budget of a race.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Budget {
     /// Seconds for each method, all its repeats together.
     Seconds(f64),
-    /// Samples a pixel in each repeat.
+    /// Samples per pixel in each repeat.
     Samples(u32),
-    /// Seconds for the whole scene, setting up and the reference included.
+    /// Seconds for the whole scene, including setup and the reference.
     Total(f64),
 }
 
-/// What to race and for how long.
+/// The methods of a race and its budget.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The methods.
     pub methods: Vec<Method>,
     /// Repeats of each, at least 2: bands and intervals come from them.
     pub repeats: u32,
-    /// How long.
+    /// The budget.
     pub budget: Budget,
-    /// Which seconds count.
+    /// The clock of the budget.
     pub clock: Clock,
-    /// An image to measure errors from, instead of a render.
+    /// An image as reference, instead of a render.
     pub reference: Option<PathBuf>,
     /// Other renderers' points, for the charts.
     pub peers: Vec<Peer>,
-    /// Brightens the pictures of the report by so many stops.
+    /// Exposure of the report's pictures, in stops.
     pub exposure: f64,
 }
 
 /// The part of the time of all methods together that is spent on the reference.
 pub(crate) const REFERENCE_SHARE: f64 = 0.5;
 
-/// Most samples a pixel of a run: beyond it f32 counts of samples would be strained, and nobody
-/// waits.
+/// Maximum samples per pixel of a run: f32 counts are exact up to this number.
 pub(crate) const MAX_SAMPLES: f64 = 16_777_216.0;
 
-/// Seconds of one sample a pixel.
+/// Seconds of one sample per pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
-    /// By the clock that counts.
+    /// By the clock of the budget.
     pub(crate) clock: f64,
-    /// On the wall.
+    /// By the wall clock.
     pub(crate) wall: f64,
 }
 
 impl Plan {
-    /// Samples a pixel in each repeat of each method, when `spent` seconds on the wall are gone.
+    /// Samples per pixel in each repeat of each method, after `spent` wall-clock seconds.
     pub(crate) fn lengths(&self, costs: &[Cost], spent: f64) -> Vec<u32> {
         let repeats = f64::from(self.repeats);
         let methods = self.methods.len() as f64;
@@ -62,9 +61,10 @@ impl Plan {
             Budget::Total(s) => {
                 let reference = if self.reference.is_some() { 0.0 } else { REFERENCE_SHARE };
                 let left = (s - spent).max(0.1 * s);
-                // A tenth goes into pictures and figures.
+                // A tenth is for pictures and figures.
                 let a_method = 0.9 * left / (1.0 + reference) / methods;
-                // Equal time by the clock that counts, though the time that is left is on the wall.
+                // Equal time by the clock of the budget, though the remaining time is wall-clock
+                // time.
                 let [wall, clock] = [costs.iter().map(|c| c.wall).sum::<f64>(), costs.iter().map(|c| c.clock).sum()];
                 costs.iter().map(|cost| length(a_method * clock / wall, cost.clock)).collect()
             }
@@ -72,7 +72,7 @@ impl Plan {
     }
 }
 
-/// Powers of two up to `length`, and `length`; the last power gives way where it is close to the
+/// Powers of two up to `length`, and `length`; the last power is omitted where it is close to the
 /// end.
 pub(crate) fn checkpoints(length: u32) -> Vec<u32> {
     let powers = (0..32).map(|k| 1u32 << k).take_while(|&n| 5 * u64::from(n) <= 4 * u64::from(length));
@@ -97,13 +97,13 @@ mod tests {
         let costs = [Cost { clock: 0.01, wall: 0.01 }, Cost { clock: 0.02, wall: 0.02 }];
         assert_eq!(plan(Budget::Samples(7)).lengths(&costs, 0.0), [7, 7]);
         assert_eq!(plan(Budget::Seconds(8.0)).lengths(&costs, 99.0), [200, 100]);
-        // 90 s of 110 are left, nine tenths of them for the race: 81 s, a third of it for the
-        // reference, 27 s a method.
+        // 90 s of 110 remain, nine tenths of them for the race: 81 s, a third of it for the
+        // reference, 27 s per method.
         assert_eq!(plan(Budget::Total(110.0)).lengths(&costs, 20.0), [675, 337]);
-        // A machine that is shared half: the same wall, half the processor time.
+        // A machine with half its time for others: the same wall-clock time, half the CPU time.
         let shared = costs.map(|cost| Cost { wall: 2.0 * cost.clock, ..cost });
         assert_eq!(plan(Budget::Total(110.0)).lengths(&shared, 20.0), [337, 168]);
-        // Whatever is spent, something is done.
+        // At least one sample, regardless of the time spent.
         assert_eq!(plan(Budget::Total(1e-9)).lengths(&costs, 20.0), [1, 1]);
     }
 

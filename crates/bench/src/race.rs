@@ -1,4 +1,4 @@
-//! The race: every method in turn, repeat after repeat, so that a machine that drifts favours none.
+//! The race: every method in turn, repeat after repeat, so that drift of the machine favours none.
 
 mod repeats;
 
@@ -26,16 +26,15 @@ pub struct Status {
     pub stage: String,
     /// The finished part of the whole work, 0 to 1.
     pub share: f64,
-    /// Seconds since it began.
+    /// Seconds since the beginning of the race.
     pub seconds: f64,
 }
 
-/// Called with the progress now and then; returns whether to continue.
+/// Called with the progress at intervals; returns whether to continue.
 pub type Watch<'w> = dyn FnMut(&Status) -> bool + 'w;
 
-/// Races the methods on a scene. Measurements go into `data` as soon as they are known, and to
-/// `save`; those of a race that was interrupted are not repeated. Returns false where `watch`
-/// stopped it.
+/// Races the methods on a scene. Adds each measurement to `data` and calls `save`; does not repeat
+/// those of an interrupted race. Returns false where `watch` stopped it.
 ///
 /// # Errors
 /// Where a device, a scene or a disk fails.
@@ -70,7 +69,7 @@ pub fn race(
     race.traversal(device, scene, save)
 }
 
-/// The work in seconds, as far as it is known beforehand.
+/// The work in seconds, as far as it is known in advance.
 #[derive(Default)]
 struct Work {
     done: f64,
@@ -108,7 +107,7 @@ impl Race<'_, '_> {
     /// The cost of a sample of each method, and which shall make the reference.
     fn try_out(&mut self) -> Result<Option<Trials>, BenchError> {
         let mut methods = self.plan.methods.clone();
-        // The default is tried even where it is not raced: it may have to make the reference.
+        // The default is tried even where it is not raced: the reference may need it.
         if self.plan.reference.is_none() && !methods.contains(&Method::DEFAULT) {
             methods.push(Method::DEFAULT);
         }
@@ -120,7 +119,7 @@ impl Race<'_, '_> {
         Ok(try_out(tracers, subject, &methods, plan.clock, &mut report)?)
     }
 
-    /// The image errors are measured from: given, left by an interrupted race, or rendered.
+    /// The reference: a given image, one from an interrupted race, or a render.
     fn reference(
         &mut self,
         trials: &Trials,
@@ -143,8 +142,8 @@ impl Race<'_, '_> {
         }
         let method = trials.reference;
         let known = plan.methods.iter().position(|m| *m == method);
-        // Another sampler's cost is that of the same integrator, or of the default, which was tried
-        // last.
+        // The cost of another sampler is taken from the same integrator, or from the default, which
+        // is tried last.
         let alike = || plan.methods.iter().position(|m| m.integrator == method.integrator && !m.shared_paths);
         let per_sample = costs[known.or_else(alike).unwrap_or(costs.len() - 1)].wall;
         let longest = lengths.iter().copied().max().unwrap_or(1);
@@ -160,7 +159,7 @@ impl Race<'_, '_> {
         let Self { tracers, watch, work, started, .. } = self;
         let renderer = tracers.of(&method)?;
         let made = reference::render(renderer, &settings, &name, samples, clock, &mut |spp| {
-            let stage = format!("reference by {name}, {spp} of {samples} samples a pixel");
+            let stage = format!("reference by {name}, {spp} of {samples} samples per pixel");
             let share = f64::from(spp) * per_sample / work.all;
             watch(&Status { stage, share, seconds: started.elapsed().as_secs_f64() })
         })?;
@@ -185,9 +184,8 @@ impl Race<'_, '_> {
         let methods = self.plan.methods.iter().zip(setups).zip(lengths);
         let in_vain =
             self.plan.methods.iter().zip(setups).filter(|(method, setup)| method.shared_paths && !setup.reuses_paths);
-        let share_nothing: Vec<_> = in_vain
-            .map(|(method, _)| format!("{}: there are no paths here that pixels could share", method.name()))
-            .collect();
+        let share_nothing: Vec<_> =
+            in_vain.map(|(method, _)| format!("{}: path reuse has no effect on this scene", method.name())).collect();
         SceneData {
             name: name.clone(),
             file: file.clone(),
@@ -220,14 +218,14 @@ impl Race<'_, '_> {
         }
     }
 
-    /// The share of the time that traversal takes, by the default where it is raced.
+    /// The fraction of the time that traversal takes, by the default method where it is raced.
     fn traversal(
         &mut self,
         device: &Device,
         scene: &mut SceneData,
         save: &mut dyn FnMut(&SceneData) -> Result<(), BenchError>,
     ) -> Result<bool, BenchError> {
-        // Only the kernel without path reuse can traverse its rays twice.
+        // Only kernels without path reuse can traverse their rays twice.
         let mut measurable = self.plan.methods.iter().filter(|m| !m.shared_paths);
         let first = measurable.clone().next();
         let Some(method) = measurable.find(|m| **m == Method::DEFAULT).or(first).filter(|_| scene.walk.is_none())
@@ -236,7 +234,7 @@ impl Race<'_, '_> {
         };
         let Self { watch, started, subject, plan, .. } = self;
         let mut go_on = || {
-            let stage = format!("how much of {} is traversal", method.name());
+            let stage = format!("share of traversal in {}", method.name());
             watch(&Status { stage, share: 1.0, seconds: started.elapsed().as_secs_f64() })
         };
         scene.walk = traversal::measure(device, subject, method, plan.clock, &mut go_on)?;

@@ -13,10 +13,10 @@ use crate::{
     tracer::Run,
 };
 
-/// Its samples are those of this stream of batches; repeats have the later ones.
+/// The stream of batches of its samples; repeats have the later streams.
 const STREAM: u32 = 0;
 
-/// Batches it comes in: enough that the variance of each pixel is known to a fifth.
+/// Its number of batches: enough to estimate the variance of each pixel to a fifth.
 const BATCHES: u32 = 64;
 
 /// A reference and its data.
@@ -26,7 +26,7 @@ pub(crate) struct Made {
     pub(crate) film: Option<Film>,
 }
 
-/// Renders it: `samples` samples a pixel. `None` where `go_on` stopped it.
+/// Renders it with `samples` samples per pixel; `None` where `go_on` stopped it.
 pub(crate) fn render(
     renderer: &mut Renderer<'_>,
     settings: &Settings,
@@ -70,7 +70,7 @@ fn data_of(reference: &Reference) -> ReferenceData {
     ReferenceData { mean: own.mean, mean_se: own.mean_se, rel_mse: own.rel_mse, ..ReferenceData::default() }
 }
 
-/// Writes a reference that was rendered, so that a race can be resumed.
+/// Writes a rendered reference, so that a race can be resumed.
 pub(crate) fn save(path: &Path, film: &Film, data: &ReferenceData, hash: &str) -> Result<(), BenchError> {
     let metadata = Metadata {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -82,13 +82,13 @@ pub(crate) fn save(path: &Path, film: &Film, data: &ReferenceData, hash: &str) -
     Ok(write_exr(path, film, &metadata)?)
 }
 
-/// Reads one. Its variance is the file's own layer, where it has one that can be trusted.
+/// Reads one. Its variance is that of the file's layer, where the layer can be used.
 pub(crate) fn load(path: &Path, size: [u32; 2]) -> Result<Made, BenchError> {
     let image = read_exr(path)?;
     let wrong = |cause: String| BenchError::Reference { path: path.into(), cause };
     if [image.width, image.height] != size.map(|n| n as usize) {
         return Err(wrong(format!(
-            "it has {}x{} pixels, and {}x{} are rendered (--size chooses)",
+            "it has {}x{} pixels, and {}x{} are rendered (--size sets the size)",
             image.width, image.height, size[0], size[1]
         )));
     }

@@ -1,4 +1,4 @@
-//! Random numbers for tests.
+//! Random numbers and a synthetic race for tests.
 
 /// Standard normal numbers from a seed (SplitMix64 and Box & Muller).
 pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
@@ -18,9 +18,9 @@ pub(crate) fn normals(seed: u64) -> impl FnMut() -> f64 {
 use crate::data::{MethodData, Row, SceneData};
 use crate::method::MethodWords;
 
-/// A race that never ran: a method for each factor on the seconds of a sample, four repeats, errors
-/// that fall as N^−½. `noise` is the relative deviation of times and errors, `bias` the relative
-/// error of all means.
+/// A synthetic race: a method for each factor on the seconds of a sample, four repeats, errors that
+/// fall as N^−½. `noise` is the relative deviation of times and errors, `bias` the relative error
+/// of all means.
 pub(crate) fn synthetic(seed: u64, slowness: &[f64], noise: f64, bias: f64) -> SceneData {
     let mut normal = normals(seed);
     let checkpoints: Vec<u32> = (0..9).map(|k| 1 << k).collect();

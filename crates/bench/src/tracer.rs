@@ -1,5 +1,5 @@
-//! Renderers of the methods, made when they are needed and kept while memory allows; and
-//! progressive renders of a given length.
+//! Renderers of the methods, made on demand and kept while memory allows; and progressive renders
+//! of a given length.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -24,34 +24,34 @@ use crate::{
 pub struct Subject {
     /// Short name.
     pub name: String,
-    /// The file as it was given.
+    /// The path of the file, as given.
     pub file: String,
-    /// Hash of everything visible.
+    /// Hash of everything that affects the picture.
     pub hash: String,
     /// The scene.
     pub scene: Scene,
     /// The camera.
     pub camera: Camera,
-    /// Size, lens and seed; the method's parts are set for each method.
+    /// Size, lens and seed; each method sets the rest.
     pub settings: Settings,
     /// Seconds of loading.
     pub load_seconds: f64,
-    /// Warnings of its import.
+    /// Warnings of the import.
     pub warnings: Vec<String>,
 }
 
-/// The cost of setting up a method.
+/// The cost of a method's setup.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Setup {
     pub(crate) prepare_seconds: f64,
     pub(crate) compile_seconds: f64,
     pub(crate) device_bytes: u64,
     pub(crate) triangles: u64,
-    /// Whether pixels use one another's paths.
+    /// Whether the method reuses paths.
     pub(crate) reuses_paths: bool,
 }
 
-/// Bytes on the device up to which renderers are kept.
+/// Maximum bytes on the device of renderers that are kept.
 const KEPT_BYTES: u64 = 3 << 30;
 
 /// The renderers of one scene.
@@ -66,7 +66,7 @@ impl<'a> Tracers<'a> {
         Self { device, subject, kept: Vec::new() }
     }
 
-    /// Makes the renderer of a method, and reports the cost.
+    /// Makes the renderer of a method, and returns the cost.
     pub(crate) fn set_up(&mut self, method: &Method) -> Result<Setup, RenderError> {
         let started = Instant::now();
         let Subject { scene, camera, settings, .. } = self.subject;
@@ -103,34 +103,33 @@ impl<'a> Tracers<'a> {
     }
 }
 
-/// A render that grows.
+/// A progressive render.
 pub(crate) struct Run {
     pub(crate) film: Film,
     first: Position,
     /// The next batch.
     position: Position,
-    /// Where all points of a pixel are of one sequence: the seed that gives this stream samples of
-    /// its own.
+    /// With one sequence per pixel: the seed that makes this stream's samples independent.
     seed: Option<u32>,
-    /// Whether pixels use one another's paths.
+    /// Whether the method reuses paths.
     pub(crate) reuses_paths: bool,
     begun: Counts,
-    /// Work that is done so far.
+    /// Work done so far.
     pub(crate) counts: Counts,
     clock: RunClock,
 }
 
-/// Batch numbers of a repeat, which make its samples its own: a run has some hundreds.
+/// Batch numbers per repeat, which make its samples independent: a run has some hundreds.
 const BATCHES_PER_REPEAT: u32 = 1 << 16;
 
 /// The distance between the seeds of streams: an odd number near 2³²/φ, so that no two coincide.
 const SEED_STEP: u32 = 0x9e37_79b1;
 
-/// Seconds that a pass should take, about: Ctrl-C is noticed in between.
+/// Approximate seconds of a pass: Ctrl-C takes effect in between.
 const PASS_SECONDS: f64 = 1.0;
 
 impl Run {
-    /// An empty render; each `stream` has samples of its own.
+    /// An empty render; each `stream` has independent samples.
     pub(crate) fn new(settings: &Settings, stream: u32, renderer: &Renderer<'_>) -> Self {
         let key = renderer.key();
         let first = Position { sample: 0, batch: stream * BATCHES_PER_REPEAT };
@@ -156,12 +155,12 @@ impl Run {
         self.position.batch - self.first.batch
     }
 
-    /// Seconds of the processors so far, over their number.
+    /// CPU seconds so far, divided by the number of cores.
     pub(crate) fn cpu_seconds(&self) -> Option<f64> {
         self.clock.cpu_seconds
     }
 
-    /// Seconds so far by the wall clock.
+    /// Wall-clock seconds so far.
     pub(crate) fn wall_seconds(&self) -> f64 {
         self.clock.wall_seconds
     }
@@ -207,7 +206,7 @@ struct RunClock {
     cpu_seconds: Option<f64>,
 }
 
-/// Takes the time of passes, and keeps them short.
+/// Measures the time of passes, and keeps them short.
 struct TimedPasses<'p> {
     clock: &'p mut RunClock,
     cpu_before: Option<f64>,

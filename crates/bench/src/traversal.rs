@@ -1,8 +1,8 @@
-//! The share of the device's time that traversal of the BVH takes.
+//! The fraction of the device's time that traversal of the BVH takes.
 //!
-//! The kernel is one, and no clock can be read within it. But it can be made to traverse every ray
+//! The kernel is a single one, and no clock can be read within it. But it can traverse every ray
 //! twice: the image stays the same, and the additional time is that of traversal. The rest is
-//! shading, sampling, and keeping states between dispatches.
+//! shading, sampling, and saving states between dispatches.
 
 use surelight_prepare::{Instrument, Prepared};
 use surelight_render::{Device, RenderError, Renderer, instrument};
@@ -17,13 +17,13 @@ use crate::{
 /// Pairs of measurements, with one traversal and with two.
 const ROUNDS: u32 = 5;
 
-/// Seconds of a measurement, about.
+/// Approximate seconds of a measurement.
 const SECONDS: f64 = 0.3;
 
-/// Batches of these runs are those of this stream.
+/// The stream of batches of these runs.
 const STREAM: u32 = u16::MAX as u32 - 1;
 
-/// Measures it for a method; `None` where `go_on` stopped it.
+/// Measures the fraction for a method; `None` where `go_on` stopped it.
 pub(crate) fn measure(
     device: &Device,
     subject: &Subject,

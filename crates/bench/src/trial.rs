@@ -14,39 +14,39 @@ use crate::{
     tracer::{Run, Subject, Tracers},
 };
 
-/// Rounds, in which each method has its turn.
+/// Rounds, in each of which every method runs once.
 const ROUNDS: usize = 4;
 
-/// Seconds that the rounds of a method take together, about.
+/// Approximate seconds of a method's rounds together.
 const SECONDS: f64 = 0.8;
 
-/// Samples of a round: variances need two.
+/// Minimum and maximum samples of a round: variances need two.
 const SAMPLES: [f64; 2] = [2.0, 16.0];
 
-/// Batches of trials are those of this stream.
+/// The stream of batches of the trials.
 const STREAM: u32 = u16::MAX as u32;
 
-/// Of the usual method's, by how much the tails of another may be heavier before its efficiency is
-/// not believed: a method that has not found its bright paths yet seems better than it is.
+/// Factor by which the tails of a method may be heavier than those of the default before its
+/// efficiency is not trusted: a method that has not found its bright paths yet appears better than
+/// it is.
 const HEAVIER: f64 = 1.1;
 
 /// The result of a trial.
 struct Tried {
     cost: Cost,
     films: Vec<Film>,
-    /// Of each round: seconds for a sample of a pixel.
+    /// Seconds per sample of a pixel, for each round.
     seconds: Vec<f64>,
 }
 
-/// The costs of methods, in their order, and the method that should make the reference with the
-/// reason why.
+/// The costs of methods, in their order, and the method for the reference with the reason for it.
 pub(crate) struct Trials {
     pub(crate) costs: Vec<Cost>,
     pub(crate) reference: Method,
     pub(crate) reason: String,
 }
 
-/// Tries the methods in turn; `None` where `report` stopped it. This also warms them up.
+/// Runs the trials, which also warm up the methods; `None` where `report` stopped them.
 pub(crate) fn try_out(
     tracers: &mut Tracers<'_>,
     subject: &Subject,
@@ -72,7 +72,7 @@ pub(crate) fn try_out(
     let first: Vec<[f64; 2]> = runs.iter().map(|run| [run.wall_seconds(), run.seconds(clock)]).collect();
     for round in 0..ROUNDS {
         for (i, method) in methods.iter().enumerate() {
-            // Where a sample takes long, one round must do.
+            // Where a sample takes long, one round must suffice.
             if round > 0 && first[i][0] * f64::from(samples[i]) > SECONDS {
                 continue;
             }
@@ -100,8 +100,7 @@ pub(crate) fn try_out(
 }
 
 /// The integrators without bias among the methods, each with the method that tried it, Sobol's if
-/// there is one. The reference's pixels are independent, so methods whose pixels share paths do not
-/// count.
+/// there is one. The reference's pixels are independent, so methods with path reuse are excluded.
 fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)> {
     let mut found: Vec<(Integrator, usize)> = Vec::new();
     for (i, method) in methods.iter().enumerate().filter(|(_, m)| !m.shared_paths && m.bias(&subject.scene).is_none()) {
@@ -115,7 +114,7 @@ fn candidates(subject: &Subject, methods: &[Method]) -> Vec<(Integrator, usize)>
 }
 
 /// The most efficient method without bias; the default, which finds light in every way that the
-/// others do, unless another is surely better.
+/// others do, unless another is significantly better.
 fn choose(subject: &Subject, methods: &[Method], tried: &[Tried]) -> (Method, String) {
     let usual = Method::DEFAULT.integrator;
     let enough = |&(_, i): &(Integrator, usize)| tried[i].films.len() == ROUNDS;
@@ -157,7 +156,7 @@ fn heaviness(films: &[Film]) -> f64 {
     let Some((first, rest)) = films.split_first() else { return 1.0 };
     let mut all = first.clone();
     for film in rest {
-        // Rounds are of one view, so they always fit.
+        // Rounds are of one view, so their films can always be merged.
         if all.merge(film).is_err() {
             return 1.0;
         }
@@ -236,8 +235,7 @@ mod tests {
 
     #[test]
     fn luck_is_not_taken_for_efficiency() {
-        // One sample in 10,000 is bright: a pixel in 150 has found one, and the others know nothing
-        // of it.
+        // One sample in 10,000 is bright: one pixel in 150 has found one, and the others have none.
         let (method, reason) =
             choose(&subject(), &[Method::DEFAULT, AREA], &[tried(1, 0.3, 1.0, 0), tried(2, 0.1, 1.0, 10_000)]);
         assert_eq!((method, reason.contains("heavier tails")), (Method::DEFAULT, true), "{reason}");

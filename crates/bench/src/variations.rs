@@ -1,10 +1,10 @@
-//! Which methods are raced: every combination of what each switch may be.
+//! The methods of a race: every combination of the options' values.
 
 use surelight_prepare::{Directions, Integrator, Sampler};
 
 use crate::method::Method;
 
-/// Which methods are raced: every combination of what each switch may be.
+/// The methods of a race: every combination of the options' values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variations {
     integrators: Option<Vec<Family>>,
@@ -32,7 +32,7 @@ impl Variations {
     /// Adds the values of a switch, such as `max-bounces=4,8,unlimited`.
     ///
     /// # Errors
-    /// A sentence where there is no such switch or value, or the switch was given before.
+    /// A sentence where there is no such option or value, or the option was given before.
     pub fn add(&mut self, text: &str) -> Result<(), String> {
         let (name, values) =
             text.split_once('=').ok_or("expected an option and its values, such as max-bounces=4,8")?;
@@ -46,20 +46,20 @@ impl Variations {
             "shared-paths" => set(&mut self.shared_paths, values, sharing)?,
             _ => {
                 return Err(format!(
-                    "there is no switch \"{name}\" to vary: integrator, sampler, scrambles, shared-paths, directions, max-bounces or max-radiance"
+                    "there is no option \"{name}\" to vary: integrator, sampler, scrambles, shared-paths, directions, max-bounces or max-radiance"
                 ));
             }
         };
         if twice { Err(format!("{name} is varied twice; give all its values at once")) } else { Ok(()) }
     }
 
-    /// Whether integrators were chosen.
+    /// Whether integrators are given.
     pub fn names_integrators(&self) -> bool {
         self.integrators.is_some()
     }
 
-    /// The methods, without doubles. A quick race leaves out samplers that only repeat what another
-    /// integrator shows.
+    /// The methods, without duplicates. A quick race omits samplers that are already compared with
+    /// another integrator.
     pub fn methods(&self, quick: bool) -> Vec<Method> {
         use Family as F;
         let all = [Sampler::Sobol, Sampler::Stratified, Sampler::Independent];
@@ -83,15 +83,14 @@ impl Variations {
         methods
     }
 
-    /// An integrator and a sampler with every combination of the other switches.
+    /// An integrator and a sampler with every combination of the other options.
     fn switched(&self, plain: Method) -> Vec<Method> {
         let mut methods = Vec::new();
         for &max_bounces in self.max_bounces.as_deref().unwrap_or(&[None]) {
             for &max_radiance in self.max_radiance.as_deref().unwrap_or(&[None]) {
                 for &one_scramble in self.one_scramble.as_deref().unwrap_or(&[false]) {
                     for &shared_paths in self.shared_paths.as_deref().unwrap_or(&[false]) {
-                        // Other samplers have no sequence, other integrators no paths that pixels
-                        // could share.
+                        // Other samplers have no sequence, other integrators no path reuse.
                         let one_scramble = one_scramble && plain.sampler == Sampler::Sobol;
                         let shared_paths = shared_paths && plain.integrator == Integrator::Mis;
                         methods.push(Method { max_bounces, max_radiance, one_scramble, shared_paths, ..plain });
@@ -117,7 +116,7 @@ impl Variations {
     }
 }
 
-/// Reads a list of values; returns whether there was one already.
+/// Reads a list of values; returns whether there already was one.
 fn set<T>(
     slot: &mut Option<Vec<T>>,
     text: &str,
@@ -244,7 +243,7 @@ mod tests {
     #[test]
     fn slips_of_the_finger_are_reported() {
         for (wrong, word) in [
-            ("bounces=4", "there is no switch"),
+            ("bounces=4", "there is no option"),
             ("max-bounces", "expected an option"),
             ("max-bounces=few", "\"few\" is not a number"),
             ("sampler=sobol,halton", "\"halton\" is not a sampler"),

@@ -1,5 +1,5 @@
-//! Samples into batch sums, tile by tile: the buffers of a pass, its dispatches, and the way of its
-//! sums to the film.
+//! Accumulates samples into batch sums, tile by tile: the buffers of a pass, its dispatches, and
+//! the transfer of its sums to the film.
 
 use std::time::{Duration, Instant};
 
@@ -19,17 +19,17 @@ use crate::{
     upload::Uploader,
 };
 
-/// Rays of a pixel that albedo and normal are averaged over.
+/// Rays per pixel over which albedo and normal are averaged.
 const FEATURE_SAMPLES: u32 = 16;
 
-/// Batches of one pass at most.
+/// Maximum number of batches in one pass.
 const MAX_BATCHES: u64 = 16;
 
 /// The sums of a tile's pixels, batch after batch, in order of its lanes.
 pub(crate) struct TileSums {
     pub(crate) tile: Tile,
     pub(crate) sums: Vec<BatchSum>,
-    /// Sums of coverage, where it is counted.
+    /// Sums of coverage, where it is recorded.
     coverage: Option<Vec<f32>>,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Accumulator {
     slices: Slices,
     pass_buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
-    /// Sums of coverage, 4 bytes for 16 of `sums`, where coverage is counted.
+    /// Sums of coverage, 4 bytes for each 16 of `sums`, where coverage is recorded.
     coverage_sums: Option<wgpu::Buffer>,
     feature_pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
@@ -48,17 +48,17 @@ pub(crate) struct Accumulator {
     side: u32,
     /// Threads of a CPU driver, among which workgroups are distributed.
     pub(crate) threads: u32,
-    /// Lanes that are traced at once.
+    /// Maximum number of lanes traced at once.
     pub(crate) max_lanes: u32,
-    /// Batches of one pass at most.
+    /// Maximum number of batches in one pass.
     pub(crate) max_batches: u32,
-    /// Traversals of each ray: more than 1 to measure them.
+    /// Traversals of each ray: more than 1 to measure the time of traversal.
     pub(crate) traversals_per_ray: u32,
 }
 
 impl Accumulator {
     /// Makes the buffers for an image of `size` pixels, with about `lanes` lanes at once, and
-    /// enters them among the resources.
+    /// adds them to the resources.
     pub(crate) fn new(
         dispatcher: &Dispatcher<'_>,
         up: &mut Uploader<'_>,
@@ -74,7 +74,7 @@ impl Accumulator {
         let threads = driver_threads(dispatcher.device);
         let state_bytes = RecordLayout::of(&paths.shader, path_kernel(key).1).map_or(256, |l| l.span);
         let lane_limit = (info.max_binding / u64::from(state_bytes)).min(u64::from(u32::MAX)) as u32;
-        // Where there are many lanes, as many pixels as otherwise are in work at once.
+        // GPUs: as many pixels in flight as with one pixel per lane.
         let lanes = if info.is_cpu { lanes } else { lanes / (side * side) }.min(lane_limit);
         let max_lanes_of = |tiles: &[Tile]| tiles.iter().map(|t| t.lanes(threads)).max().unwrap_or(GROUP);
         let max_lanes = max_lanes_of(&Tile::bands([0, 0], size, lanes, side));
@@ -125,12 +125,12 @@ impl Accumulator {
         })
     }
 
-    /// How long a dispatch should last, at least and at most.
+    /// Sets the target range for the duration of a dispatch.
     pub(crate) fn set_dispatch_durations(&mut self, min: Duration, max: Duration) {
         self.slices.set_durations(min, max);
     }
 
-    /// Has the driver compile the path kernel.
+    /// Makes the driver compile the path kernel.
     pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>, kernel: &Kernel) -> Result<(), RenderError> {
         self.slices.warm_up(dispatcher, kernel, self.threads, &warm_up(self.threads))
     }
@@ -145,7 +145,7 @@ impl Accumulator {
         range: BatchRange,
         monitor: &mut Monitor<'_, '_>,
     ) -> Result<Option<Vec<TileSums>>, RenderError> {
-        // A pass without samples would write nothing, as if the driver had lost it.
+        // A pass without samples writes nothing and would be reported as lost work.
         if range.samples == 0 {
             return Err(FilmError::NoSamples.into());
         }
@@ -161,7 +161,8 @@ impl Accumulator {
             if bytes > self.sums.size() {
                 return Err(RenderError::TooManyBatches { batches, limit: self.max_batches });
             }
-            // The sums of an earlier tile are wiped, so that a batch that is not written shows.
+            // Clears the sums of the previous tile, so that a batch that is not written is
+            // detected.
             dispatcher.device.clear(&self.sums, Some(bytes))?;
             if let Some(sums) = &self.coverage_sums {
                 dispatcher.device.clear(sums, Some(bytes / 4))?;
@@ -243,7 +244,7 @@ impl Accumulator {
         Ok(all)
     }
 
-    /// The film's window of the image, cut into tiles that the buffers hold.
+    /// The film's window of the image, cut into tiles that fit the buffers.
     fn tiles_of(&self, film: &Film, side: u32) -> Result<Vec<Tile>, RenderError> {
         let window = film.window();
         if window.whole != self.size {
@@ -269,7 +270,7 @@ impl Accumulator {
     }
 }
 
-/// Samples that a pass should have written and has not.
+/// The error for samples that a pass did not write.
 pub(crate) fn lost_samples() -> RenderError {
     RenderError::LostWork { message: "some pixels lack samples after a pass".into() }
 }

@@ -1,9 +1,9 @@
-//! Which pixels get more samples than others, by the noise of a pilot: a few samples of each block
-//! of the image.
+//! Adaptive sampling: the distribution of samples over blocks of pixels, by the noise of a pilot of
+//! a few samples per pixel.
 //!
-//! For an image of relative squared error ε² = mean(σ²/(n w)) with Σ n given, n in proportion to
-//! σ/√w is best. The pilot's samples are thrown away: an image whose samples decide how many of
-//! them there are is biased.
+//! For a relative squared error ε² = mean(σ²/(n w)) with Σ n given, the optimal n is proportional
+//! to σ/√w. The pilot's samples are discarded: an image whose samples decide their own number is
+//! biased.
 
 use surelight_film::{Film, MIN_CERTIFIED_SAMPLES, Window};
 use surelight_prepare::{KernelKey, Part, luminance};
@@ -19,41 +19,41 @@ use crate::{
 pub(crate) use surelight_prepare::shared::ADAPTIVE_BLOCK as BLOCK;
 use surelight_prepare::shared::MIN_ADAPTIVE_BATCH as MIN_BATCH;
 
-/// A whole share, in quarters of a sample for each one that is requested.
+/// A share of 1: quarters of a sample per requested sample.
 const WHOLE: u32 = 4;
 
-/// The greatest share. Simulated on bigscene, 16 samples for one are no better than 8.
+/// The maximum share. In simulations on bigscene, 16 samples per requested one gain no more than 8.
 const MAX_SHARE: u32 = 8 * WHOLE;
 
-/// By how much the pilot must promise to lessen the squared error, at as many samples.
+/// The reduction of the squared error, at an equal number of samples, that the pilot must predict.
 const MIN_GAIN: f64 = 1.25;
 
-/// Batches of the pilot, and samples of each: two, so that differences which two samples even out
-/// do not count as noise.
+/// Batches of the pilot, and samples per pixel in each: two, so that differences that cancel
+/// between two samples are not taken for noise.
 pub(crate) const PILOT: [u32; 2] = [2, 2];
 
-/// The pilot's seed is the image's, changed by this.
+/// The pilot's seed is the image's seed XOR this.
 pub(crate) const PILOT_SEED: u32 = 0x5bd1_e995;
 
-/// For each block of an image its share of the samples.
+/// Each block's share of the samples.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Shares {
     /// In quarters: 1 to 3, or a multiple of 4.
     pub(crate) quarters: Vec<u32>,
-    /// Blocks a row.
+    /// Blocks per row.
     across: u32,
 }
 
 impl Shares {
-    /// The same for all.
+    /// Equal shares.
     pub(crate) fn even([width, height]: [u32; 2]) -> Self {
         let across = width.div_ceil(BLOCK);
         Self { quarters: vec![WHOLE; (across * height.div_ceil(BLOCK)) as usize], across }
     }
 
-    /// In proportion to the noise of a film of the whole image, from `min` quarters to 8 wholes; a
-    /// block of mean noise gets one. The same for all, where that would not lessen the error by
-    /// [`MIN_GAIN`] at as many samples.
+    /// Shares proportional to the noise of a film of the whole image, from `min` quarters to 8; a
+    /// block of mean noise gets 1. Equal shares where these would not reduce the squared error by
+    /// [`MIN_GAIN`] at an equal number of samples.
     pub(crate) fn by_noise(film: &Film, min: u32) -> Self {
         let even = Self::even([film.width(), film.height()]);
         let halves = even.noise(film);
@@ -63,8 +63,8 @@ impl Shares {
             let usual = (sum(noise) / blocks as f64).max(f64::MIN_POSITIVE);
             (0..blocks).map(|k| in_quarters(noise(k) / usual).clamp(min, MAX_SHARE)).collect()
         };
-        // Blocks that seem noisy by chance alone must not count as a gain: shares by one half of a
-        // block's pixels are judged by the other.
+        // Blocks that appear noisy by chance must not be counted as a gain: shares from one half of
+        // a block's pixels are evaluated on the other half.
         let [mut before, mut after] = [0.0; 2];
         for (judged, by) in [(0, 1), (1, 0)] {
             let shares: Vec<f64> = quarters(&|k| halves[k][by]).into_iter().map(f64::from).collect();
@@ -78,8 +78,8 @@ impl Shares {
         Self { quarters: quarters(&|k| halves[k][0].hypot(halves[k][1])), ..even }
     }
 
-    /// For each block the root of its pixels' mean squared relative noise: by every other pixel,
-    /// and by those between.
+    /// For each block the root mean square of its pixels' relative noise: over every other pixel,
+    /// and over the remaining ones.
     fn noise(&self, film: &Film) -> Vec<[f64; 2]> {
         let means: Vec<f64> = (0..film.pixels().len()).map(|p| luminance(film.mean(p).map(|c| c as f32))).collect();
         let mut blocks = vec![[(0.0, 0u32); 2]; self.quarters.len()];
@@ -96,14 +96,14 @@ impl Shares {
         (y / BLOCK * self.across + x / BLOCK) as usize
     }
 
-    /// Samples of a pixel of the whole image in a batch of `samples`, 1 at least, as by
-    /// `samples_of` in `lanes.wesl`.
+    /// Samples of a pixel of the whole image in a batch of `samples`, at least 1, as in
+    /// `samples_of` of `lanes.wesl`.
     pub(crate) fn samples(&self, [x, y]: [u32; 2], samples: u32) -> u32 {
         let share = self.quarters[self.block(x, y)];
         if samples >= MIN_BATCH { samples * share / WHOLE } else { samples * (share / WHOLE).max(1) }
     }
 
-    /// The mean over a window's pixels.
+    /// The mean share over a window's pixels.
     pub(crate) fn mean(&self, window: &Window) -> f64 {
         let [x0, y0, x1, y1] = window.edges();
         let row = |y: u32| (x0..x1).map(|x| u64::from(self.quarters[self.block(x, y)])).sum::<u64>();
@@ -111,15 +111,15 @@ impl Shares {
     }
 }
 
-/// A share of noise as quarters of a sample, rounded; in wholes from one on, since batches of any
+/// A share in quarters of a sample, rounded; from 1 on an integer share, since batches of any
 /// length can be multiplied.
 fn in_quarters(share: f64) -> u32 {
     let [quarters, wholes] = [4.0, 1.0].map(|parts| (share * parts).round() as u32);
     if quarters < WHOLE { quarters } else { WHOLE * wholes.max(1) }
 }
 
-/// The smallest share in quarters when so many samples per pixel are planned: every pixel that
-/// would otherwise have enough for a certificate still has.
+/// The minimum share, in quarters, at a planned number of samples per pixel: a pixel that would
+/// have enough samples to be certified with equal shares keeps enough.
 pub(crate) fn min_share(planned: Option<u32>) -> u32 {
     let planned = planned.map_or(MIN_CERTIFIED_SAMPLES, u64::from);
     if planned < MIN_CERTIFIED_SAMPLES {
@@ -136,7 +136,7 @@ pub(crate) struct SharesOnDevice {
 }
 
 impl SharesOnDevice {
-    /// Even shares, entered among the resources; `None` where the kernel is not adaptive.
+    /// Equal shares, added to the resources; `None` where the kernel is not adaptive.
     pub(crate) fn new(
         up: &mut Uploader<'_>,
         resources: &mut Resources,
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(quarters(&film([16, 16], 1.0, |_, _| 0.5)), [4; 4]);
         assert_eq!(quarters(&film([16, 16], 1.0, |_, _| 0.0)), [4; 4]);
         assert_eq!(quarters(&film([16, 16], 0.0, |_, _| 0.0)), [4; 4]);
-        // 3 : 2 : 2 : 2, from which 1.04 could be gained.
+        // 3 : 2 : 2 : 2, with a possible gain of 1.04.
         assert_eq!(quarters(&film([16, 16], 1.0, |x, y| if x < 8 && y < 8 { 0.003 } else { 0.002 })), [4; 4]);
     }
 
@@ -198,16 +198,15 @@ mod tests {
         let pixels = f64::from(13 * 11);
         assert_eq!(shares.mean(&Window::all(13, 11)), (0.5 * pixels + 2.5 * f64::from(5 * 8)) / pixels);
         assert_eq!(shares.mean(&Window::crop([13, 11], [7, 6, 9, 9]).unwrap()), (4.0 * 0.5 + 2.0 * 3.0) / 6.0);
-        // No less than the minimum.
+        // Not below the minimum.
         assert_eq!(Shares::by_noise(&film([13, 11], 7.0, of), 3).quarters, [3, 12, 3, 3]);
-        // One of 36, and some without noise: as many as may be, and as few.
+        // One noisy block of 36, some without noise: the maximum and the minimum.
         let one = |x, y| if x < 8 && y >= 40 { 0.1 } else { 0.001 * (x / 8) as f32 };
         let one = quarters(&film([48, 48], 1.0, one));
         assert_eq!((one[30], one[0]), (MAX_SHARE, 1));
     }
 
-    /// Noise that is found in one pixel of a block, and not in its neighbours, says nothing about
-    /// the block.
+    /// Noise in one pixel of a block and not in its neighbours is no evidence about the block.
     #[test]
     fn chance_is_no_gain() {
         let specks = |x: u32, y: u32| if x % 5 == 1 && y % 7 == 2 { 0.1 } else { 0.001 };
@@ -240,8 +239,8 @@ mod tests {
 
     #[test]
     fn the_dark_does_not_decide() {
-        // Left a thousandth as bright as right, and with the same relative noise: a negligible
-        // share of the image.
+        // The left half has a thousandth of the right half's radiance and the same relative noise:
+        // a negligible part of the image.
         let mut film = Film::new(16, 8);
         let all: Vec<u32> = (0..128).collect();
         for k in [1.0, 1.5] {

@@ -1,6 +1,6 @@
 //! Counts of a renderer.
 
-/// Work that is done so far.
+/// Work done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
     /// Rays traversed: camera, continuation and shadow rays.
@@ -9,18 +9,18 @@ pub struct Counts {
     pub paths: u64,
     /// Particles from lights whose paths have ended.
     pub particles: u64,
-    /// Samples that were not finite, left out of the sums.
+    /// Samples that were not finite and are excluded from the sums.
     pub dropped: u64,
-    /// Rays whose traversal was cut short at 32,768 steps, their samples incomplete.
+    /// Rays whose traversal ended at the limit of 32,768 steps; their samples are incomplete.
     pub truncated: u64,
-    /// Seconds of dispatches, waiting included.
+    /// Seconds of dispatches, including the wait for them.
     pub trace_seconds: f64,
-    /// Seconds of dispatches by the device's own clock; those of waiting where it has none
-    /// ([`crate::AdapterInfo::timestamps`]).
+    /// Seconds of dispatches by the device's timestamps; the host's wait for them where the device
+    /// has none ([`crate::AdapterInfo::timestamps`]).
     pub device_seconds: f64,
     /// Seconds of reading sums back from the device.
     pub read_seconds: f64,
-    /// Seconds of adding them to the film.
+    /// Seconds of adding these sums to the film.
     pub film_seconds: f64,
     /// Dispatches.
     pub dispatches: u64,
@@ -44,8 +44,8 @@ impl Counts {
         }
     }
 
-    /// The work of `finished`, with the time and the dispatches of these: what an interrupted pass
-    /// leaves.
+    /// The work of `finished`, with the time and the dispatches of `self`: the counts after an
+    /// interrupted pass.
     pub(crate) fn without_unfinished(&self, finished: &Self) -> Self {
         Self {
             trace_seconds: self.trace_seconds,
@@ -61,7 +61,7 @@ impl Counts {
 /// Called between dispatches; returns whether to continue.
 pub type Observer<'a> = dyn FnMut(&Counts) -> bool + 'a;
 
-/// Counts work while it is done, and lets the observer stop it.
+/// Counts work in progress, and lets the observer stop it.
 pub(crate) struct Monitor<'m, 'o> {
     pub(crate) counts: &'m mut Counts,
     pub(crate) observer: &'m mut Observer<'o>,

@@ -1,4 +1,4 @@
-//! Finding an adapter and opening it, with its real limits and its errors caught.
+//! Selects and opens an adapter with all its limits, and catches its errors.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
@@ -13,13 +13,13 @@ pub enum AdapterChoice {
     /// The most capable: discrete, integrated, virtual, then software.
     #[default]
     Best,
-    /// The one at this place in [`Device::list`].
+    /// The one at this index in [`Device::list`].
     Index(usize),
-    /// The first whose name contains this, whatever its case.
+    /// The first whose name contains this text, regardless of case.
     Name(String),
 }
 
-/// Read-only arrays that a scene may have: the bindings of group 0 except the view.
+/// Maximum number of a scene's read-only arrays: the bindings of group 0 except the view.
 const SCENE_ARRAYS: u32 = 14;
 
 /// Properties of an adapter.
@@ -35,11 +35,11 @@ pub struct AdapterInfo {
     pub kind: String,
     /// Whether it is a software driver.
     pub is_cpu: bool,
-    /// Bytes that one buffer binding may have.
+    /// Maximum bytes of one buffer binding.
     pub max_binding: u64,
-    /// Texels along a side of an image.
+    /// Maximum texels along a side of an image.
     pub max_image_side: u32,
-    /// Whether it measures the time of its own work, by timestamp queries.
+    /// Whether it supports timestamp queries.
     pub timestamps: bool,
 }
 
@@ -76,7 +76,7 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterInfo {
     }
 }
 
-/// The name by which reports keep a backend.
+/// The name of a backend in reports.
 fn backend_name(backend: wgpu::Backend) -> &'static str {
     match backend {
         wgpu::Backend::Noop => "Noop",
@@ -103,7 +103,7 @@ fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
 }
 
 impl Device {
-    /// Every adapter of this machine.
+    /// All adapters of this machine.
     pub fn list() -> Vec<AdapterInfo> {
         adapters(&instance()).iter().map(describe).collect()
     }
@@ -152,8 +152,9 @@ impl Device {
         Ok(Self { device, queue, info, limits, images, loss })
     }
 
-    /// Chooses where kernels read the scene from, for measurements: images or buffers. The image
-    /// that is rendered is the same. Images are only chosen where a kernel can have enough of them.
+    /// Chooses the storage from which kernels read the scene, for measurements: images or buffers.
+    /// The rendered image is the same. Images are chosen only where a kernel can bind enough of
+    /// them.
     #[must_use]
     pub fn with_images(self, images: bool) -> Self {
         let images = images && self.limits.max_storage_textures_per_shader_stage >= SCENE_ARRAYS;
@@ -185,8 +186,7 @@ impl Device {
         self.loss.check(&self.info.name)
     }
 
-    /// Reads the first `size` bytes of a buffer that can be mapped, when all that was submitted is
-    /// done.
+    /// Reads the first `size` bytes of a mappable buffer, once all submitted work is done.
     pub(crate) fn read<T>(
         &self,
         buffer: &wgpu::Buffer,
@@ -196,7 +196,7 @@ impl Device {
         let slice = buffer.slice(..size);
         let (send, receive) = std::sync::mpsc::channel();
         slice.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver outlives the wait below.
+            // The receiver lives until the wait below has ended.
             let _ = send.send(result);
         });
         self.wait()?;
@@ -209,8 +209,7 @@ impl Device {
         Ok(value)
     }
 
-    /// Reads `size` bytes of a buffer from `start` on, as records, by way of a buffer that can be
-    /// mapped.
+    /// Reads `size` bytes of a buffer from `start` on, as records, through a mappable buffer.
     pub(crate) fn fetch<T: AnyBitPattern + NoUninit>(
         &self,
         buffer: &wgpu::Buffer,
@@ -235,11 +234,11 @@ impl Device {
         })
     }
 
-    /// Waits until the device has done everything submitted.
+    /// Waits until the device has finished all submitted work.
     pub(crate) fn wait(&self) -> Result<(), RenderError> {
         self.device
             .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| RenderError::Device { what: "waiting for it".into(), source: e.into() })?;
+            .map_err(|e| RenderError::Device { what: "a wait for it".into(), source: e.into() })?;
         self.check_lost()
     }
 }

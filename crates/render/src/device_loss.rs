@@ -1,4 +1,4 @@
-//! Loss of the device: the driver drops it, or reports an error outside of every call.
+//! Loss of the device: the driver drops it, or reports an error outside of every error scope.
 //!
 //! wgpu reports either by a callback at any time. It is noted here, and every call that waits for
 //! the device or submits to it fails with [`RenderError::DeviceLost`] from then on: a render stops,
@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::error::RenderError;
 
-/// Notes that a device was lost.
+/// Records that a device was lost.
 pub(crate) struct LossWatch {
     message: Arc<Mutex<Option<String>>>,
 }

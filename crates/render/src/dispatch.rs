@@ -1,5 +1,5 @@
-//! Dispatches, each short enough for any driver: one by itself, or as many as some work takes; and
-//! the check that none is lost.
+//! Dispatches that are short enough for every driver: a single one, or as many as the work takes;
+//! and the check that none is lost.
 
 use std::time::{Duration, Instant};
 
@@ -15,19 +15,19 @@ use crate::{
     upload::Uploader,
 };
 
-/// Bytes of the record that a dispatch reports with.
+/// Bytes of the record in which a dispatch reports its work.
 const CONTROL_BYTES: u64 = size_of::<Control>() as u64;
 
-/// How long a dispatch should last: long enough to be efficient, too short for any watchdog.
+/// Target duration of a dispatch: long enough to be efficient, too short for any watchdog.
 const MIN_DURATION: Duration = Duration::from_millis(50);
 pub(crate) const MAX_DURATION: Duration = Duration::from_millis(200);
 
-/// Loop iterations a lane may start a step within.
+/// Loop iterations after which a lane starts no further step.
 ///
-/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They run
-/// eight lanes in step and count for all of them together: each lane keeps to its budget, so the
-/// eight take at most 8 · 4,096 iterations before the last step, and that one at most the limit of
-/// a traversal, 32,768.
+/// Some CPU drivers silently end every loop of an invocation after 65,535 iterations. They execute
+/// eight lanes in lockstep and count the iterations of all of them together. Each lane keeps to its
+/// budget, so the eight take at most 8 · 4,096 iterations before the last step, and the last step
+/// takes at most the limit of a traversal, 32,768.
 const MIN_BUDGET: u32 = 64;
 const FIRST_BUDGET: u32 = 512;
 const MAX_BUDGET: u32 = 4096;
@@ -41,7 +41,7 @@ pub(crate) struct Dispatcher<'a> {
 }
 
 impl<'a> Dispatcher<'a> {
-    /// Makes the control record, and enters it among the resources.
+    /// Makes the control record, and adds it to the resources.
     pub(crate) fn new(
         device: &'a Device,
         up: &mut Uploader<'_>,
@@ -55,8 +55,8 @@ impl<'a> Dispatcher<'a> {
         Ok(Self { device, control, readback, stopwatch: Stopwatch::new(device)? })
     }
 
-    /// Writes a pass to its buffer and dispatches over it: its report, and its seconds by the
-    /// device's clock. Every workgroup must have reported.
+    /// Writes a pass to its buffer and dispatches it. Returns its report and its seconds by the
+    /// device's timestamps. An error where a workgroup has not reported.
     pub(crate) fn run<P: NoUninit>(
         &self,
         kernel: &Kernel,
@@ -84,7 +84,7 @@ impl<'a> Dispatcher<'a> {
             (bytemuck::pod_read_unaligned::<Control>(control), timestamps)
         })?;
         if report.workgroups != workgroups {
-            let message = format!("{} of {workgroups} workgroups reported back", report.workgroups);
+            let message = format!("{} of {workgroups} workgroups reported", report.workgroups);
             return Err(RenderError::LostWork { message });
         }
         Ok((report, watch.zip(timestamps).and_then(|(watch, ends)| watch.seconds(ends))))
@@ -95,26 +95,26 @@ impl<'a> Dispatcher<'a> {
 /// continues in the next dispatch.
 pub(crate) struct Slices {
     pass_buffer: wgpu::Buffer,
-    /// The count of the lanes' finished work.
+    /// Selects the counter of the lanes' finished work.
     counted: fn(&mut Counts) -> &mut u64,
     budget: u32,
-    /// How long a dispatch should last, at least and at most.
+    /// Target range for the duration of a dispatch.
     durations: [Duration; 2],
 }
 
 impl Slices {
-    /// A dispatch should last no longer than `max_duration`.
+    /// Slices whose dispatches should last at most `max_duration`.
     pub(crate) fn new(pass_buffer: wgpu::Buffer, counted: fn(&mut Counts) -> &mut u64, max_duration: Duration) -> Self {
         Self { pass_buffer, counted, budget: FIRST_BUDGET, durations: [MIN_DURATION, max_duration] }
     }
 
-    /// How long a dispatch should last, at least and at most, as far as the remaining work and the
+    /// Sets the target range for the duration of a dispatch, as far as the remaining work and the
     /// limits of the budget allow.
     pub(crate) fn set_durations(&mut self, min: Duration, max: Duration) {
         self.durations = [min, max];
     }
 
-    /// Drivers compile at the first dispatch: one over a pass that has nothing to do.
+    /// Dispatches an empty pass: drivers compile at the first dispatch.
     pub(crate) fn warm_up<P: NoUninit>(
         &self,
         dispatcher: &Dispatcher<'_>,
@@ -126,9 +126,9 @@ impl Slices {
         Ok(())
     }
 
-    /// Dispatches until no lane has work left. `pass` makes the pass of a budget and of whether
-    /// lanes start anew (1) or continue (0). Counts the work, and returns how much was finished;
-    /// `None` when the observer stopped it.
+    /// Dispatches until no lane has work left. `pass` makes a pass from a budget and a flag: lanes
+    /// restart (1) or continue (0). Counts the work, and returns the amount finished; `None` when
+    /// the observer stopped it.
     pub(crate) fn run<P: NoUninit>(
         &mut self,
         dispatcher: &Dispatcher<'_>,
@@ -163,8 +163,8 @@ impl Slices {
         }
     }
 
-    /// Doubles the budget after a short dispatch that left work over, and halves it after a long
-    /// one.
+    /// Doubles the budget after a short dispatch that left work unfinished, and halves it after a
+    /// long one.
     fn adapt(&mut self, duration: Duration, work_is_left: bool) {
         let [min, max] = self.durations;
         if duration < min && work_is_left {

@@ -1,4 +1,4 @@
-//! What can go wrong between a scene and its pixels, in sentences.
+//! Errors of rendering.
 
 use surelight_film::FilmError;
 use surelight_prepare::PrepareError;
@@ -15,15 +15,15 @@ pub enum RenderError {
         "no graphics adapter was found: install a Vulkan, Metal or DX12 driver (on Linux, ./setup.sh installs a software one)"
     )]
     NoAdapter,
-    /// None that was requested.
-    #[error("no adapter matches \"{wanted}\"; there is: {available}")]
+    /// No adapter matches the request.
+    #[error("no adapter matches \"{wanted}\"; available: {available}")]
     UnknownAdapter {
         /// The requested name or index.
         wanted: String,
-        /// Names of those present.
+        /// Names of the available adapters.
         available: String,
     },
-    /// The adapter gave no device.
+    /// The adapter cannot be opened.
     #[error(
         "the adapter \"{adapter}\" cannot be opened: {}; --adapter chooses another",
         .source.to_string().trim_end_matches('.')
@@ -42,7 +42,7 @@ pub enum RenderError {
         /// The driver's message.
         message: String,
     },
-    /// The driver refused something.
+    /// The driver refused an operation.
     #[error("the device refused {what}: {source}")]
     Device {
         /// The work that failed.
@@ -55,7 +55,7 @@ pub enum RenderError {
     TooLarge {
         /// Which resource.
         what: String,
-        /// MiB needed.
+        /// MiB required.
         needed: u64,
         /// MiB available.
         limit: u64,
@@ -76,7 +76,7 @@ pub enum RenderError {
         /// Name of the resource.
         name: String,
     },
-    /// The film is of another image than the view.
+    /// The film and the view have different sizes.
     #[error(
         "the film is of an image of {}x{} pixels, the view of one of {}x{}", film[0], film[1], view[0], view[1]
     )]
@@ -86,8 +86,8 @@ pub enum RenderError {
         /// Pixels of the view.
         view: [u32; 2],
     },
-    /// More batches at once than there is room for.
-    #[error("{batches} batches do not fit one call: there is room for {limit}")]
+    /// More batches than one call can hold.
+    #[error("{batches} batches do not fit in one call: the limit is {limit}")]
     TooManyBatches {
         /// Batches requested.
         batches: u32,

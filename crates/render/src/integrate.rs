@@ -1,6 +1,6 @@
 //! Integrals of a user's formula over a box, evaluated on the device in f32: random sampling in
-//! independent replicates, and the grids of quadrature rules. Sums of more than 64 terms are the
-//! host's, in f64.
+//! independent replicates, and the grids of quadrature rules. The host adds up more than 64 terms
+//! in f64.
 
 mod formula;
 mod grid;
@@ -23,12 +23,12 @@ pub use self::formula::{Formula, FormulaError, MAX_DIMENSIONS};
 pub use self::grid::Grid;
 
 const ROOT: &str = "package::kernel::integrate";
-/// Lanes of one dispatch: its results are 8 bytes a lane.
+/// Lanes of one dispatch: its results are 8 bytes per lane.
 const MAX_LANES: u32 = 1 << 20;
-/// A dispatch grows while it is shorter and shrinks where it is longer than this.
+/// Target duration of a dispatch: a shorter one grows, a longer one shrinks.
 const SHORT: Duration = Duration::from_millis(40);
 const LONG: Duration = Duration::from_millis(200);
-/// Nodes of all axes together.
+/// Maximum number of nodes over all axes.
 const MAX_NODES: usize = 1 << 24;
 
 /// A formula on a box, compiled for a device.
@@ -41,16 +41,16 @@ pub struct Integrand<'a> {
     nodes: wgpu::Buffer,
     results: wgpu::Buffer,
     readback: wgpu::Buffer,
-    /// Lanes of a dispatch, adapted to how long the last ones took.
+    /// Lanes of a dispatch, adapted to the duration of the previous ones.
     lanes: u32,
 }
 
 /// The results of sampling.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sampled {
-    /// The integral by each replicate: independent, of equal distribution.
+    /// The estimate of each replicate: independent and identically distributed.
     pub replicates: Vec<f64>,
-    /// Means of up to 64 samples, times the volume, for a test of the tail. At most 2^18 of them.
+    /// Means of up to 64 samples, times the volume, for a test of the tail; at most 2^18 of them.
     pub chunks: Vec<f64>,
     /// Values that were not finite, counted as 0.
     pub non_finite: u64,
@@ -58,12 +58,12 @@ pub struct Sampled {
     pub evaluations: u64,
 }
 
-/// Chunk means that are kept.
+/// Maximum number of chunk means that are kept.
 const MAX_CHUNKS: u32 = 1 << 18;
 
 impl<'a> Integrand<'a> {
-    /// Compiles the formula for each sampler. `bounds`: from and to of each dimension, as many as
-    /// the formula has.
+    /// Compiles the formula for each sampler. `bounds`: lower and upper bound of each dimension of
+    /// the formula.
     pub fn new(
         device: &'a Device,
         formula: &Formula,
@@ -87,7 +87,7 @@ impl<'a> Integrand<'a> {
         let kernel = |sampler: Sampler, entry: &str| {
             let key = KernelKey::of_points(PointSet::new(sampler, false));
             let shader = compose_with(ROOT, &key, &constants, Some(("package::integrand", &module)))?;
-            // The formula is a user's: it may index out of bounds.
+            // A user's formula may index out of bounds.
             Kernel::new(device, &shader, entry, Checks::Full, &resources)
         };
         let all = [Sampler::Independent, Sampler::Stratified, Sampler::Sobol];
@@ -118,8 +118,8 @@ impl<'a> Integrand<'a> {
     }
 
     /// Estimates the integral by `replicates` independent sets of `samples` points each. The points
-    /// are a pure function of sampler, replicate, index and seed; `first_replicate` numbers the
-    /// first. Fewer than 2^38 points in all.
+    /// are a pure function of sampler, replicate, index and seed; `first_replicate` is the number
+    /// of the first replicate. Fewer than 2^38 points in all.
     pub fn sample(
         &mut self,
         sampler: Sampler,
@@ -148,7 +148,7 @@ impl<'a> Integrand<'a> {
             let (pairs, seconds) = self.run(&self.samplers[index].1, &task, 2 * count)?;
             for (pair, number) in pairs.chunks_exact(2).zip(first..) {
                 let terms = CHUNK.min(samples - number % chunks * CHUNK);
-                // A sum beyond f32 is lost as a whole.
+                // A sum that overflows f32 is lost as a whole.
                 let (value, bad) = if pair[0].is_finite() { (pair[0], pair[1] as u64) } else { (0.0, terms.into()) };
                 found.non_finite += bad;
                 sums[(number / chunks) as usize] += f64::from(value);
@@ -163,7 +163,7 @@ impl<'a> Integrand<'a> {
         Ok(found)
     }
 
-    /// One dispatch: its results and how long it took.
+    /// One dispatch: its results and its duration.
     fn run(&self, kernel: &Kernel, task: &IntegrationTask, floats: u32) -> Result<(Vec<f32>, Duration), RenderError> {
         let (device, size) = (self.device, u64::from(floats) * 4);
         let started = Instant::now();

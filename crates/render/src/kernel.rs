@@ -6,7 +6,7 @@ use surelight_prepare::{Access, Binding, Composed, bindings};
 
 use crate::{device::Device, error::RenderError};
 
-/// Something that can be bound, by its name in the shader.
+/// A resource that can be bound, by its name in the shader.
 pub(crate) enum Resource {
     Buffer(wgpu::Buffer),
     Image(wgpu::TextureView),
@@ -15,11 +15,11 @@ pub(crate) enum Resource {
 /// Named resources.
 pub(crate) type Resources = HashMap<Cow<'static, str>, Resource>;
 
-/// A compiled entry point, bound to nothing yet.
+/// A compiled entry point without bind groups.
 pub(crate) struct Program {
     pipeline: wgpu::ComputePipeline,
     bindings: Vec<Binding>,
-    /// One a group.
+    /// One per group.
     layouts: Vec<wgpu::BindGroupLayout>,
 }
 
@@ -32,7 +32,8 @@ pub(crate) struct Kernel {
 /// Whether the driver's bounds checks are compiled in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Checks {
-    /// Loops are bounded, accesses are not checked: our own shaders keep to their buffers.
+    /// Loops are bounded, accesses are not checked: this project's shaders stay within their
+    /// buffers.
     #[default]
     Trusted,
     /// All of WebGPU's checks; tests prove that images are the same, bit for bit.
@@ -100,7 +101,7 @@ impl Kernel {
         Program::new(device, shader, entry, checks)?.bind(device, resources)
     }
 
-    /// Records a dispatch of `workgroups` along x, timed if there is something to time it with.
+    /// Records a dispatch of `workgroups` along x, timed where there is a stopwatch.
     pub(crate) fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,4 +1,4 @@
-//! The kernels of a scene: composed and compiled first, bound to buffers when these are made.
+//! The kernels of a scene: composed and compiled first, bound to buffers once these are made.
 
 use surelight_prepare::{Blueprint, Composed, Prepared, compose, path_kernel};
 
@@ -28,23 +28,23 @@ impl CompiledShader {
         Ok(Self { shader, program })
     }
 
-    /// The path kernel of a blueprint that has the device's choices.
+    /// The path kernel of a blueprint that includes the device's options.
     pub(crate) fn of_paths(device: &Device, blueprint: &Blueprint, checks: Checks) -> Result<Self, RenderError> {
         let key = blueprint.key();
         Self::new(device, compose(path_kernel(&key).0, &key, &blueprint.constants)?, PATH_ENTRY, checks)
     }
 }
 
-/// Everything that a scene needs compiled, bound to nothing yet.
+/// All compiled entry points of a scene, without bind groups.
 pub(crate) struct CompiledSet {
     pub(crate) paths: CompiledShader,
     features: CompiledShader,
-    /// Where light is traced from the lights.
+    /// Where particles are traced from the lights.
     pub(crate) particles: Option<CompiledShader>,
 }
 
 impl CompiledSet {
-    /// Composes and compiles; `precompiled` serves where it is the scene's path kernel.
+    /// Composes and compiles; uses `precompiled` where it is the scene's path kernel.
     pub(crate) fn new(
         device: &Device,
         prepared: &Prepared,
@@ -86,11 +86,11 @@ impl CompiledSet {
     }
 }
 
-/// The kernels of a scene, ready for dispatch. Drivers may compile each at its first one.
+/// The kernels of a scene, ready for dispatch. Drivers may compile each at its first dispatch.
 pub(crate) struct KernelSet {
     pub(crate) paths: Kernel,
     /// First-hit albedo, normal and depth.
     pub(crate) features: Kernel,
-    /// Where light is traced from the lights.
+    /// Where particles are traced from the lights.
     pub(crate) particles: Option<Kernel>,
 }

@@ -15,14 +15,14 @@ use crate::{
     sampling::{BatchSizes, End, FinishedPass, NextPass, PassVisitor, Position, Schedule, sample},
 };
 
-/// A pass of about this long loses little when it is interrupted; a remainder shorter than that is
-/// done in one.
+/// Target duration of a pass, so that an interruption loses little; a shorter remainder is done in
+/// one pass.
 const SHORT_SECONDS: f64 = 2.0;
 
-/// The share of the time that saving the film may take.
+/// The maximum fraction of the time spent on saving the film.
 const SAVING_SHARE: f64 = 0.05;
 
-/// The share of the time so far that an interrupted pass may lose.
+/// The maximum fraction of the time so far that an interrupted pass may lose.
 const LOSS_SHARE: f64 = 0.125;
 
 /// Progress of a render.
@@ -30,15 +30,15 @@ const LOSS_SHARE: f64 = 0.125;
 pub struct Progress {
     /// Samples per pixel in the film.
     pub spp: u32,
-    /// Samples per pixel that are planned; `None` where time alone decides, and during a pilot.
+    /// Planned samples per pixel; `None` where time alone decides, and during a pilot.
     pub target: Option<u32>,
-    /// The share of all planned samples that is finished; `None` without a plan.
+    /// The finished fraction of the planned samples; `None` without a plan.
     pub share: Option<f64>,
-    /// Whether these samples only estimate how many will be needed, and are thrown away.
+    /// Whether these samples are a pilot's: they estimate the number needed, and are discarded.
     pub pilot: bool,
     /// Seconds since the render began.
     pub seconds: f64,
-    /// Seconds left, estimated; `None` before there is anything to judge by.
+    /// Estimated remaining seconds; `None` before there is anything to estimate from.
     pub seconds_left: Option<f64>,
     /// Counts of the device.
     pub counts: Counts,
@@ -47,12 +47,12 @@ pub struct Progress {
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The goal is reached: its samples are in the film, its precision is reached, or its time is
-    /// up with no other goal.
+    /// The goal is reached: its samples are in the film, its precision is reached, or its time has
+    /// passed and it has no other limit.
     Done,
-    /// Time was up before the requested samples or precision were reached.
+    /// The time limit came before the requested samples or precision.
     TimeUp,
-    /// The largest number of samples allowed did not suffice for the requested precision.
+    /// The maximum number of samples did not suffice for the requested precision.
     SamplesUp,
     /// The observer stopped it.
     Interrupted,
@@ -61,26 +61,26 @@ pub enum Outcome {
 /// Called between dispatches; returns whether to continue.
 pub type Watch<'a> = dyn FnMut(&Progress) -> bool + 'a;
 
-/// Saves the film while it grows.
+/// Saves the film in the course of a render.
 pub struct CheckpointSink<'a> {
-    /// How often: a batch that takes longer is finished first, and saving may take 5 % of the time,
-    /// so a large film is saved less often.
+    /// The interval between checkpoints. A longer batch is finished first; and saving takes at most
+    /// 5 % of the time, so a large film is saved less often.
     pub every: Duration,
     /// Receives the film, the state to resume from, and the counts.
     pub save: &'a mut dyn FnMut(&Film, &ResumeState, &Counts),
 }
 
-/// A render under way.
+/// A render in progress.
 pub(crate) struct Progression<'a, 'd, 'k> {
     renderer: &'a mut Renderer<'d>,
     /// Sizes of batches.
     pub(crate) plan: Batches,
-    /// The next batch; all samples from the first up to it are done.
+    /// The next batch; all samples before it are done.
     pub(crate) position: Position,
     pub(crate) pacing: Pacing<'k>,
 }
 
-/// What decides about passes, and outlasts the parts of a render.
+/// The state that decides about passes; it persists over the parts of a render.
 pub(crate) struct Pacing<'k> {
     /// The first sample of this part of the render.
     first: u32,
@@ -125,8 +125,8 @@ impl<'a, 'd, 'k> Progression<'a, 'd, 'k> {
         self.pacing.resume_state(self.position)
     }
 
-    /// Traces until `end` samples per pixel are done (`None`), or says why it stopped before. At
-    /// least one batch is traced, whatever the time.
+    /// Traces until `end` samples per pixel are done (`None`), or returns why it stopped before. At
+    /// least one batch is traced, regardless of the time limit.
     pub(crate) fn advance(
         &mut self,
         film: &mut Film,
@@ -157,18 +157,18 @@ impl Pacing<'_> {
         ResumeState { first: self.first, next: position.sample, batch: position.batch, pilot: self.found }
     }
 
-    /// Seconds until the time is up.
+    /// Seconds until the time limit.
     pub(crate) fn seconds_left(&self) -> Option<f64> {
         self.time.map(|t| t.as_secs_f64() - self.started.elapsed().as_secs_f64())
     }
 
     /// Samples per pixel that the remaining time allows; `None` where there is no limit or no
-    /// experience.
+    /// measured speed.
     pub(crate) fn affordable_spp(&self) -> Option<u32> {
         Some((self.seconds_left()?.max(0.0) / self.seconds_per_sample?) as u32)
     }
 
-    /// How many batches the next pass should have, each of which costs `cost` seconds.
+    /// The number of batches in the next pass, at `cost` seconds per batch.
     fn batches_of_pass(&self, next: &NextPass, is_last: bool, cost: Option<f64>, seconds_left: Option<f64>) -> u32 {
         let Some(cost) = cost else { return 1 };
         let mut pass_seconds = (LOSS_SHARE * self.started.elapsed().as_secs_f64()).max(SHORT_SECONDS);
@@ -185,7 +185,7 @@ impl Pacing<'_> {
         batches.clamp(1, next.max_batches)
     }
 
-    /// Has the film saved, if that is due.
+    /// Saves the film if a checkpoint is due.
     fn save(&mut self, film: &Film, position: Position, counts: &Counts) {
         let state = self.resume_state(position);
         if let Some(sink) = &mut self.sink
@@ -200,7 +200,7 @@ impl Pacing<'_> {
     }
 }
 
-/// Decides about the passes of one call of [`Progression::advance`].
+/// The visitor of one call of [`Progression::advance`].
 struct Control<'c, 'k, 'w> {
     pacing: &'c mut Pacing<'k>,
     observer: &'c mut Watch<'w>,

@@ -1,10 +1,10 @@
 //! Particles from the lights: runs the light tracing kernel over a batch and adds the particles'
 //! contributions to the batch's sums.
 //!
-//! A batch emits a particle for every few samples of all pixels of the whole image, whatever crop
-//! is traced: they are numbered by the image, and those that land outside of the crop are dropped.
-//! Sums are of integers, so that neither the order of particles nor crops, tiles and interruptions
-//! change a bit.
+//! A batch emits one particle for every few samples of all pixels of the whole image, regardless of
+//! the crop: particles are numbered by the image, and those that land outside of the crop are
+//! dropped. Sums are integers, so that the order of particles, crops, tiles and interruptions
+//! change no bit.
 
 use std::time::Instant;
 
@@ -27,28 +27,28 @@ use crate::{
     upload::{MIB, Uploader},
 };
 
-/// Particles of one sequence, at most about: they are numbered by 32 bits.
+/// Approximate maximum number of particles in one sequence: they have 32-bit numbers.
 const SEQUENCE: u64 = 1 << 31;
 
-/// Particles traced at once by a GPU.
+/// Particles in flight on a GPU.
 const GPU_LANES: u32 = 1 << 18;
-/// By each thread of a CPU driver.
+/// Particles in flight per thread of a CPU driver.
 const CPU_LANES_PER_THREAD: u32 = 1 << 9;
 
-/// Units of the sums that a particle of the usual flux contributes to a pixel, and the root of
-/// those of squares.
+/// Fixed-point units that a particle of typical flux adds to the sum of a pixel, and the square
+/// root of those it adds to the sum of squares.
 const UNITS: f64 = (1u32 << 20) as f64;
 const ROOT_UNITS: f64 = (1u32 << 12) as f64;
 
 /// Bytes read at once.
 const READ_BYTES: u64 = 1 << 24;
 
-/// The contribution of a batch's particles to a pixel. The kernel's is an array of words in this
-/// order.
+/// The contribution of a batch's particles to a pixel. In the kernel it is an array of words in
+/// this order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 struct Splat {
-    /// Red, green, blue and squared luminances in fixed point, the lower word first.
+    /// Red, green, blue and squared luminance in fixed point, the lower word first.
     sums: [[u32; 2]; 4],
     /// Bits of an f32.
     largest: u32,
@@ -57,7 +57,7 @@ struct Splat {
 const SPLAT_BYTES: u64 = size_of::<Splat>() as u64;
 const _: () = assert!(SPLAT_BYTES == 4 * surelight_prepare::shared::SPLAT_WORDS as u64);
 
-/// The buffers of light tracing, and how its particles are counted.
+/// The buffers of light tracing, and the scale of its sums.
 pub(crate) struct Particles {
     slices: Slices,
     splats: wgpu::Buffer,
@@ -69,14 +69,14 @@ pub(crate) struct Particles {
     /// Pixels of the whole image.
     size: [u32; 2],
     one_sequence: bool,
-    /// Contribution of a particle of the usual flux to a pixel.
+    /// Contribution of a particle of typical flux to a pixel.
     usual_contribution: f64,
-    /// Samples of all pixels for which one particle per pixel is emitted.
+    /// Camera samples, over all pixels, per emitted particle.
     samples_per_particle: u64,
 }
 
 impl Particles {
-    /// Makes the buffers for an image of `size` pixels, and enters them among the resources.
+    /// Makes the buffers for an image of `size` pixels, and adds them to the resources.
     pub(crate) fn new(
         device: &Device,
         up: &mut Uploader<'_>,
@@ -115,7 +115,7 @@ impl Particles {
         })
     }
 
-    /// The value of a unit of the sums, and of the sums of squares.
+    /// The value of one unit of the sums, and of the sums of squares.
     fn units(&self) -> [f64; 2] {
         [self.usual_contribution / UNITS, (self.usual_contribution / ROOT_UNITS).powi(2)]
     }
@@ -138,7 +138,7 @@ impl Particles {
         (u64::from(self.size[0]) * u64::from(self.size[1])).div_ceil(self.samples_per_particle)
     }
 
-    /// Has the driver compile.
+    /// Makes the driver compile the kernel.
     pub(crate) fn warm_up(&self, dispatcher: &Dispatcher<'_>, kernel: &Kernel) -> Result<(), RenderError> {
         let lanes = GROUP * self.threads;
         let pass = EmissionPass { size: [1, 1], lanes, restart: 1, ..EmissionPass::default() };
@@ -156,7 +156,7 @@ impl Particles {
         traced: &mut [TileSums],
         monitor: &mut Monitor<'_, '_>,
     ) -> Result<bool, RenderError> {
-        // Tiles are bands of one width, from the top: as many of them at once as there is room for.
+        // Tiles are bands of equal width, from the top: as many at once as `splats` can hold.
         let mut rest = traced;
         while let Some(TileSums { tile: first, .. }) = rest.first() {
             let (corner, width) = (first.corner, first.size[0]);
@@ -199,7 +199,7 @@ impl Particles {
         Ok(true)
     }
 
-    /// The particles of one batch, the `k`th of some.
+    /// Traces the particles of one batch, the `k`th of the range.
     fn trace_batch(
         &mut self,
         dispatcher: &Dispatcher<'_>,
@@ -273,8 +273,8 @@ impl Particles {
             }
             let [red, green, blue, squares] = splat.sums;
             let squares = if squares[1] == u32::MAX { f64::INFINITY } else { wide(squares) * square_unit };
-            // A pixel of more samples than others has a larger sum, of which particles are the same
-            // part.
+            // A pixel with a larger share of samples has a larger sum; the fraction from particles
+            // is the same.
             let share = share([band.corner[0] + pixel % band.size[0], band.corner[1] + pixel / band.size[0]]);
             let largest = (share * f64::from(f32::from_bits(splat.largest))) as f32;
             let splat = [red, green, blue].map(|c| share * wide(c) * unit);

@@ -5,7 +5,7 @@ pub(crate) use surelight_prepare::shared::{Control, EmissionPass, FeaturePixel, 
 /// Whole batches of samples of every pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BatchRange {
-    /// Number of the first batch; with one sequence, of its first sample.
+    /// Number of the first batch; with one sequence, number of its first sample.
     pub(crate) first: u32,
     /// Batches.
     pub(crate) batches: u32,
@@ -18,7 +18,7 @@ pub(crate) fn warm_up(threads: u32) -> Pass {
     Pass { size: [8, 8], samples: 1, lanes: GROUP * threads, threads, restart: 1, walks: 1, ..Pass::default() }
 }
 
-// The film's record of a batch is the kernel's.
+// The film and the kernel have the same record of a batch.
 const _: () = {
     use std::mem::offset_of;
     use surelight_film::BatchSum;

@@ -1,10 +1,10 @@
 //! Tracing until error bars are narrow enough, with a valid confidence.
 //!
-//! A render that checks an error bar after every sample and stops when it is narrow enough stops
-//! when it happens to be too narrow (optional stopping). Here the number of samples does not depend
-//! on those in the film:
+//! A render that checks its error bar after every sample stops when the error bar happens to be too
+//! narrow (optional stopping). Here the number of samples does not depend on the samples in the
+//! film:
 //!
-//! - a *pilot* of 64 samples per pixel estimates how many are needed, and is thrown away;
+//! - a *pilot* of 64 samples per pixel estimates how many are needed, and is discarded;
 //! - that many are traced, 256 at least, and checked once, at nearly the requested confidence;
 //! - where the pilot was too optimistic, the number is doubled as often as necessary. Check k has
 //!   the confidence 1 − α_k with Σ α_k ≤ α: 4/5 of α for the first, 1/5 · 2^(1−k) of it for each
@@ -20,24 +20,24 @@ use crate::{
     sampling::Position,
 };
 
-/// Samples per pixel after which even an image that is not precise enough ends, unless the goal
-/// names another number.
+/// Default maximum of samples per pixel: an image that is not precise enough by then ends, too.
 const MAX_SPP: u32 = 1 << 16;
 
-/// Samples per pixel before the first check: a pixel that one path in a hundred finds light from
-/// must have been lit.
+/// Samples per pixel before the first check: enough that a pixel where one path in a hundred finds
+/// light has found some.
 const MIN_SPP: u32 = 256;
 
 /// Batches of the pilot, and the samples of each.
 const PILOT: [u32; 2] = [16, 4];
 
-/// The pilot's batches have numbers that no render reaches, so its samples are others.
+/// The first batch of the pilot: a number that no render reaches, so that its samples are
+/// independent of the film's.
 const PILOT_BATCH: u32 = 1 << 31;
 
-/// The share of the remaining time that the pilot may take.
+/// The maximum fraction of the remaining time that the pilot may take.
 const PILOT_TIME_SHARE: f64 = 0.125;
 
-/// A factor on the estimate of the pilot, which is noisy.
+/// Safety factor on the pilot's noisy estimate.
 const MARGIN: f64 = 1.1;
 
 /// The share of α that check `k` (from 0) spends.
@@ -58,15 +58,15 @@ pub(crate) fn render(
         Some(found) => found,
         None => {
             let Some(needed) = pilot(progression, film, precision, observer)? else {
-                // Interrupted before there was anything: one sample per pixel is better than no
+                // Interrupted before the first sample: one sample per pixel is better than no
                 // image.
                 progression.plan = Batches { planned: Some(1) };
                 progression.advance(film, Some(1), &mut |_| true)?;
                 return Ok(Outcome::Interrupted);
             };
             let first = (needed.max(f64::from(MIN_SPP)) as u32).min(max);
-            // At least sixteen batches in the remaining time, and whole ones only: short ones widen
-            // intervals.
+            // At least sixteen batches in the remaining time, and complete ones only: short ones
+            // widen intervals.
             let affordable = progression.pacing.affordable_spp().map_or(first, |spp| first.min(spp));
             let full = Batches { planned: Some(affordable) }.full(0);
             [affordable, first.div_ceil(full).saturating_mul(full)]
@@ -108,14 +108,14 @@ fn pilot(
     let [batches, samples] = PILOT;
     let mut found = Film::of_window(film.window());
     if let Some(features) = film.features() {
-        // Which pixels light can reach.
+        // Determines the pixels that light can reach.
         found.set_features(features.clone())?;
     }
     let position = progression.position;
     progression.pacing.is_pilot = true;
     progression.position = Position { sample: 0, batch: PILOT_BATCH };
     progression.plan = Batches { planned: Some(batches) };
-    // Single samples first: their time decides the size of the others.
+    // Single samples first: their time determines the size of the other batches.
     let mut outcome = progression.advance(&mut found, Some(2), observer)?;
     let began = progression.pacing.started.elapsed().as_secs_f64() / 2.0;
     let affordable =

@@ -16,7 +16,7 @@ use crate::{
     upload::Uploader,
 };
 
-/// A compiled path kernel that waits for its scene.
+/// A compiled path kernel that is not bound to its scene yet.
 pub struct PrecompiledKernel {
     /// Its blueprint, the device's choices included.
     blueprint: Blueprint,
@@ -25,7 +25,7 @@ pub struct PrecompiledKernel {
 }
 
 impl PrecompiledKernel {
-    /// Composes and compiles the kernel, and runs it over nothing: drivers compile at the first
+    /// Composes and compiles the kernel, and dispatches an empty pass: drivers compile at the first
     /// dispatch.
     pub fn compile(device: &Device, blueprint: &Blueprint) -> Result<Self, RenderError> {
         let blueprint = blueprint.on_images(device.reads_images());
@@ -42,7 +42,7 @@ impl PrecompiledKernel {
     }
 }
 
-/// Something of the right kind for each binding. No lane starts a sample, so that nothing of the
+/// A placeholder of the right kind for each binding. No lane starts a sample, so nothing of the
 /// scene is read.
 fn placeholders(
     device: &Device,
@@ -51,7 +51,7 @@ fn placeholders(
     pass: &Pass,
 ) -> Result<Resources, RenderError> {
     use wgpu::BufferUsages as U;
-    /// More than any record but the states takes.
+    /// More than the size of any record except the states.
     const BYTES: u64 = 1 << 12;
     let mut up = Uploader::new(device);
     let state = RecordLayout::of(&compiled.shader, path_kernel(key).1).map_or(256, |l| l.span);

@@ -1,5 +1,5 @@
-//! Runs a test's own entry point over a prepared scene: single modules of the renderer can be
-//! tested with the very data and bindings that the path kernel has.
+//! Runs a test's own entry point over a prepared scene, to test single shader modules with the data
+//! and bindings of the path kernel.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
@@ -16,11 +16,11 @@ use crate::{
 /// Lanes of a probe's workgroup.
 const GROUP: usize = 64;
 
-/// An entry point over a prepared scene, one lane a query, 64 to a workgroup along x.
+/// An entry point over a prepared scene, one lane per query, 64 lanes per workgroup along x.
 ///
 /// Its module declares `queries`, a read-only storage array, and `results`, a read-write one,
-/// wherever the scene's modules bind nothing; it may import every module that the scene's kernel
-/// has.
+/// at bindings that the scene's modules leave free; it may import every module of the scene's
+/// kernel.
 pub struct Probe<'a> {
     device: &'a Device,
     kernel: Kernel,
@@ -31,12 +31,12 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    /// Composes and compiles entry point `entry` of module `root`, for queries like these and so
-    /// many results.
+    /// Composes and compiles entry point `entry` of module `root`, for this number of queries and
+    /// of results.
     ///
     /// # Errors
-    /// Where the module does not compose for this scene, or the device refuses: 65,535 workgroups
-    /// are the most.
+    /// Where the module does not compose for this scene, or the device refuses; the maximum is
+    /// 65,535 workgroups.
     pub fn new<Q: NoUninit, R: AnyBitPattern>(
         device: &'a Device,
         prepared: &Prepared,
@@ -61,12 +61,12 @@ impl<'a> Probe<'a> {
         Ok(Self { device, kernel, input, output, readback, workgroups: queries.len().div_ceil(GROUP) as u32 })
     }
 
-    /// Sets other queries: as many as before, or fewer.
+    /// Replaces the queries by as many or fewer.
     pub fn ask<Q: NoUninit>(&self, queries: &[Q]) {
         self.device.queue.write_buffer(&self.input, 0, bytemuck::cast_slice(queries));
     }
 
-    /// Answers all queries; results that were never written are zero.
+    /// Runs all queries; results that are not written are zero.
     ///
     /// # Errors
     /// Where the device fails.

@@ -13,16 +13,16 @@ use crate::{
     resume::ResumeState,
 };
 
-/// When a render is done: whichever comes first.
+/// When a render ends: at whichever limit comes first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
-    /// Samples per pixel; beside a precision, the most that it may take.
+    /// Samples per pixel; with a precision, the maximum.
     pub spp: Option<u32>,
-    /// The sample before which a part of the render ends; without it, all are traced.
+    /// The sample before which a part of the render ends; `None`: all samples.
     pub end: Option<u32>,
     /// Time to trace for.
     pub time: Option<Duration>,
-    /// How narrow error bars must be.
+    /// The required precision of error bars.
     pub precision: Option<Precision>,
 }
 
@@ -39,10 +39,10 @@ pub fn render(
     render_from(renderer, film, goal, &mut ResumeState::default(), observer, None)
 }
 
-/// As [`render`], from the state of another run, whose film it was; the bits are those of a single
-/// run. `state` is updated, also on errors: it always describes the film.
+/// As [`render`], from the state of an earlier run and its film; the result equals that of a single
+/// run, bit for bit. `state` is updated, also on errors: it always describes the film.
 ///
-/// `sink` receives the film now and then, to save it.
+/// `sink` receives the film at intervals, to save it.
 pub fn render_from(
     renderer: &mut Renderer<'_>,
     film: &mut Film,

@@ -1,5 +1,5 @@
-//! A scene on a device with its kernels: traces batches of samples and adds them to a film when all
-//! of them are there.
+//! A scene on a device with its kernels: traces batches of samples and adds complete ones to a
+//! film.
 
 use std::time::Instant;
 
@@ -23,11 +23,11 @@ use crate::{
     upload::Uploader,
 };
 
-/// How a renderer is made, where that is not as usual.
+/// Options for making a renderer, for measurements and tests.
 #[derive(Default)]
 pub(crate) struct Options {
     pub(crate) checks: Checks,
-    /// About how many lanes are traced at once.
+    /// Approximate number of lanes traced at once.
     pub(crate) lanes: Option<u32>,
     pub(crate) precompiled: Option<PrecompiledKernel>,
 }
@@ -38,7 +38,7 @@ pub struct Renderer<'a> {
     scene: SceneOnDevice,
     kernels: KernelSet,
     pub(crate) accumulator: Accumulator,
-    /// Where light is traced from the lights.
+    /// Where particles are traced from the lights.
     particles: Option<Particles>,
     /// Where the kernel is adaptive, pixels' shares of the samples.
     shares: Option<SharesOnDevice>,
@@ -51,7 +51,7 @@ pub struct Renderer<'a> {
     pub compile_seconds: f64,
     /// Of these, seconds of uploading the scene.
     pub upload_seconds: f64,
-    /// Work that is done so far.
+    /// Work done so far.
     pub counts: Counts,
 }
 
@@ -61,8 +61,8 @@ impl<'a> Renderer<'a> {
         Self::with_options(device, prepared, Options::default())
     }
 
-    /// The same with a path kernel that was compiled before. Where it is not the scene's, it is
-    /// dropped and the right one compiled.
+    /// The same with a precompiled path kernel. Where it is not the scene's, it is dropped and the
+    /// right one is compiled.
     pub fn with_kernel(
         device: &'a Device,
         prepared: &Prepared,
@@ -117,26 +117,26 @@ impl<'a> Renderer<'a> {
         self.key
     }
 
-    /// Batches that one call of [`Self::trace`] can hold.
+    /// Maximum number of batches in one call of [`Self::trace`].
     pub fn max_batches(&self) -> u32 {
         self.accumulator.max_batches
     }
 
-    /// Lanes that are traced at once.
+    /// Maximum number of lanes traced at once.
     pub fn lanes(&self) -> u32 {
         self.accumulator.max_lanes
     }
 
-    /// Changes the seed: images from here on are independent of those before.
+    /// Changes the seed: samples from now on are independent of the earlier ones.
     pub fn set_seed(&mut self, seed: u32) {
         self.scene.set_seed(self.dispatcher.device, seed);
     }
 
-    /// Where the kernel is adaptive, finds by four samples per pixel of the whole image, which are
-    /// thrown away, the share of the samples that each block of 8×8 pixels gets from here on: from
-    /// a quarter of those requested to eight times as many. Before that all get the same. When at
-    /// least 256 are `planned`, no pixel gets fewer than these. Returns false when the observer
-    /// stopped it.
+    /// Where the kernel is adaptive, estimates each block's share of the samples from a pilot of
+    /// four samples per pixel of the whole image, which are discarded. From then on each block of
+    /// 8×8 pixels gets a quarter to eight times the requested samples; before, all get the same.
+    /// When at least 256 are `planned`, no pixel gets fewer than 256. Returns false when the
+    /// observer stopped it.
     ///
     /// The shares depend on the scene, the settings, the seed and the plan alone, so that crops and
     /// parts of a render agree.
@@ -165,16 +165,15 @@ impl<'a> Renderer<'a> {
         true
     }
 
-    /// Samples of a window's pixels, on average, for each one that is requested.
+    /// Mean over a window's pixels of samples per requested sample.
     pub fn mean_share(&self, window: &Window) -> f64 {
         self.shares.as_ref().map_or(1.0, |on_device| on_device.shares.mean(window))
     }
 
-    /// Traces `batches` batches of `samples` samples per pixel, the first of them numbered
-    /// `first_batch` (with one sequence: by the number of its first sample), and adds them to the
-    /// film, which may be of a crop. After [`Self::adapt`] some pixels have more samples, others
-    /// fewer. Returns false when the observer stopped it: as these batches are incomplete, nothing
-    /// is added.
+    /// Traces `batches` batches of `samples` samples per pixel and adds them to the film, which may
+    /// be of a crop. `first_batch` is the number of the first (with one sequence: of its first
+    /// sample). After [`Self::adapt`] some pixels have more samples, others fewer. Returns false
+    /// when the observer stopped it: as these batches are incomplete, nothing is added.
     ///
     /// [`crate::sample`] traces any number of batches.
     pub fn trace(

@@ -16,9 +16,9 @@ use crate::{counts::Counts, error::RenderError, renderer::Renderer};
 /// Sizes of batches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BatchSizes {
-    /// By the samples that are planned, or done.
+    /// By the planned or finished number of samples.
     Planned(Batches),
-    /// Equal ones of so many samples per pixel; the last may be shorter.
+    /// Equal batches of this many samples per pixel; the last may be shorter.
     Equal(u32),
 }
 
@@ -31,7 +31,7 @@ impl BatchSizes {
         }
     }
 
-    /// How many batches of the next one's size follow on each other.
+    /// The number of successive batches that have the size of the next one.
     fn run(self, done: u32, end: Option<u32>) -> u32 {
         match self {
             Self::Planned(batches) => batches.run(done, end),
@@ -40,12 +40,12 @@ impl BatchSizes {
     }
 }
 
-/// Which samples to trace.
+/// The samples to trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     /// Sizes of batches.
     pub sizes: BatchSizes,
-    /// The sample per pixel before which it ends; `None`: when the visitor says so.
+    /// The sample per pixel before which it ends; `None`: the visitor decides.
     pub end: Option<u32>,
 }
 
@@ -72,9 +72,9 @@ pub struct NextPass {
     pub position: Position,
     /// Samples per pixel in each batch.
     pub samples: u32,
-    /// How many batches of this size follow on each other.
+    /// The number of successive batches of this size.
     pub run: u32,
-    /// How many batches a pass can hold.
+    /// Maximum number of batches in a pass.
     pub max_batches: u32,
 }
 
@@ -87,22 +87,22 @@ pub struct FinishedPass {
     pub batches: u32,
     /// Samples per pixel in each.
     pub samples: u32,
-    /// Seconds that it took.
+    /// Its duration in seconds.
     pub seconds: f64,
 }
 
 /// Decides what happens between passes.
 pub trait PassVisitor {
-    /// Why it stops the loop.
+    /// The reason for which it stops the loop.
     type Stop;
 
-    /// Before a pass: how many batches it should have, or why not to trace it. At least one is
-    /// traced, and at most as many as follow on each other and fit.
+    /// Before a pass: its number of batches, or the reason to stop. At least one is traced, at most
+    /// as many as have the same size and fit.
     fn before_pass(&mut self, _next: &NextPass, _counts: &Counts) -> ControlFlow<Self::Stop, u32> {
         ControlFlow::Continue(u32::MAX)
     }
 
-    /// Between dispatches: whether to continue. Otherwise the pass is thrown away.
+    /// Between dispatches: whether to continue. If not, the pass is discarded.
     fn after_dispatch(&mut self, _counts: &Counts) -> bool {
         true
     }
@@ -125,12 +125,12 @@ pub enum End<S> {
     Complete,
     /// The visitor stopped it between passes.
     Stopped(S),
-    /// The visitor interrupted a pass, which is thrown away.
+    /// The visitor interrupted a pass, which is discarded.
     Interrupted,
 }
 
-/// Traces the schedule's batches from `position` on and adds them to the film. `position` follows,
-/// also on errors: it always describes the film.
+/// Traces the schedule's batches from `position` on and adds them to the film. `position` is
+/// updated, also on errors: it always describes the film.
 pub fn sample<V: PassVisitor>(
     renderer: &mut Renderer<'_>,
     film: &mut Film,

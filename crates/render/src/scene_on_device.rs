@@ -22,7 +22,7 @@ pub(crate) struct SceneOnDevice {
 }
 
 impl SceneOnDevice {
-    /// Uploads the arrays that a shader binds, and the view; enters both among the resources.
+    /// Uploads the arrays that a shader binds, and the view; adds both to the resources.
     pub(crate) fn upload(
         up: &mut Uploader<'_>,
         resources: &mut Resources,
@@ -51,7 +51,7 @@ impl SceneOnDevice {
         self.seed
     }
 
-    /// Changes the seed of the samples that later dispatches take.
+    /// Changes the seed of the samples of later dispatches.
     pub(crate) fn set_seed(&mut self, device: &Device, seed: u32) {
         self.seed = seed;
         let offset = std::mem::offset_of!(View, seed) as u64;

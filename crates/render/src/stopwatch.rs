@@ -1,4 +1,4 @@
-//! Seconds of a dispatch by the device's own clock.
+//! Seconds of a dispatch by the device's timestamps.
 
 use std::ops::Range;
 
@@ -9,12 +9,12 @@ pub(crate) const BYTES: u64 = 16;
 
 /// Two timestamp queries around a dispatch, on a device that has them.
 ///
-/// The wait for a dispatch includes the way to the device and back; these are taken by the device
-/// where the pass begins and ends.
+/// The host's wait for a dispatch includes the transfer to the device and back; the device takes
+/// these timestamps at the beginning and the end of the pass.
 pub(crate) struct Stopwatch {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    /// Nanoseconds of a tick.
+    /// Nanoseconds per tick.
     period: f64,
 }
 
@@ -49,15 +49,15 @@ impl Stopwatch {
         }
     }
 
-    /// Copies both timestamps into `target`, when the pass is done.
+    /// Copies both timestamps into `target`, once the pass is done.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, target: &wgpu::Buffer, offset: u64) {
         const BOTH: Range<u32> = 0..2;
         encoder.resolve_query_set(&self.queries, BOTH, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, target, offset, BYTES);
     }
 
-    /// Seconds between two timestamps; `None` where the driver gave none, or a clock that ran
-    /// backwards.
+    /// Seconds between two timestamps; `None` where the driver wrote none, or wrote decreasing
+    /// ones.
     pub(crate) fn seconds(&self, [begun, ended]: [u64; 2]) -> Option<f64> {
         (begun > 0 && ended >= begun).then(|| (ended - begun) as f64 * self.period * 1e-9)
     }

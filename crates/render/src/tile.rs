@@ -4,7 +4,7 @@ use surelight_film::Window;
 
 use crate::pass::GROUP;
 
-/// Lanes side by side at most: their states must fit a binding.
+/// Maximum number of lanes in a row: their states must fit a binding.
 const MAX_LANES_PER_ROW: u32 = 1 << 16;
 
 /// A rectangle of pixels that is traced at once.
@@ -17,8 +17,8 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Cuts a rectangle into bands, each of at most about `max_lanes` lanes: a row of blocks at
-    /// least, except where that is more than [`MAX_LANES_PER_ROW`]. Squares lie on a grid from the
+    /// Cuts a rectangle into bands of at most about `max_lanes` lanes each, but at least a row of
+    /// blocks, unless that is more than [`MAX_LANES_PER_ROW`]. Squares lie on a grid from the
     /// image's corner.
     pub(crate) fn bands(corner: [u32; 2], size: [u32; 2], max_lanes: u32, side: u32) -> Vec<Self> {
         let end = [0, 1].map(|axis| corner[axis] + size[axis]);

@@ -6,7 +6,7 @@ use surelight_prepare::{Integrator, luminance};
 
 use crate::noise;
 
-/// The result of an integrator.
+/// The result of an integrator's trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// The integrator.
@@ -14,7 +14,7 @@ pub struct Trial {
     /// Variance of a sample relative to its pixel's squared mean, averaged over pixels, in
     /// luminance.
     pub variance: f64,
-    /// Seconds for one sample of one pixel.
+    /// Seconds per sample of a pixel.
     pub seconds: f64,
     /// 1/(variance · seconds): accuracy per second.
     pub efficiency: f64,
@@ -22,14 +22,14 @@ pub struct Trial {
     pub error: f64,
 }
 
-/// The trials of integrators, by the films of their rounds, each of batches of one sample and all
-/// of one view, and by each round's seconds for a sample of a pixel.
+/// Evaluates the trials of integrators from the films of their rounds and from each round's seconds
+/// per sample of a pixel. All films show one view and have batches of one sample.
 pub fn judge_trials(integrators: &[Integrator], films: &[Vec<Film>], seconds: &[Vec<f64>]) -> Vec<Trial> {
     let weights = weights(films);
     (0..integrators.len()).map(|i| judge(integrators[i], &films[i], &seconds[i], &weights)).collect()
 }
 
-/// For each pixel, 1/(mean² + floor), by the samples of all integrators together.
+/// For each pixel, 1/(mean² + floor), from the samples of all integrators together.
 fn weights(films: &[Vec<Film>]) -> Vec<f64> {
     let all: Vec<&Film> = films.iter().flatten().collect();
     let Some(first) = all.first() else { return Vec::new() };
@@ -55,7 +55,7 @@ fn judge(integrator: Integrator, films: &[Film], seconds: &[f64], weights: &[f64
     Trial { integrator, variance, seconds: seconds_per_sample, efficiency: 1.0 / cost, error: spread.sqrt() / cost }
 }
 
-/// The place of the most efficient; of `usual`, unless it is significantly worse.
+/// The index of the most efficient trial; that of `usual`, unless it is significantly worse.
 pub fn best_trial(trials: &[Trial], usual: Integrator) -> Option<usize> {
     let best = (0..trials.len()).max_by(|&a, &b| trials[a].efficiency.total_cmp(&trials[b].efficiency))?;
     let Some(usual) = trials.iter().position(|t| t.integrator == usual) else { return Some(best) };

@@ -1,4 +1,4 @@
-//! Bytes to the device, within its limits.
+//! Uploads to the device, within its limits.
 
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
@@ -9,13 +9,12 @@ use crate::{device::Device, error::RenderError};
 
 pub(crate) const MIB: u64 = 1 << 20;
 
-/// Bytes of a buffer at least: a binding must hold one record of its type, even where there is
-/// none.
+/// Minimum bytes of a buffer: a binding must hold one record of its type, even where there is none.
 const MIN_BYTES: usize = 256;
 
-/// Rows of an image that uses `used` of them: never a power of two. Mesa's CPU driver compiles a
-/// kernel once more when the height of an image becomes a power of two, and kernels are compiled
-/// before heights are known ([`crate::precompiled`]).
+/// The height of an image that uses `used` rows: never a power of two. Mesa's CPU driver compiles a
+/// kernel again when the height of an image becomes a power of two, and kernels are compiled before
+/// heights are known ([`crate::precompiled`]).
 pub(crate) fn rows_of(used: u32) -> u32 {
     let used = used.max(3);
     if used.is_power_of_two() { used + 1 } else { used }
@@ -33,7 +32,7 @@ impl<'a> Uploader<'a> {
         Self { device, bytes: 0 }
     }
 
-    /// A buffer that holds `data`; never empty, since nothing of no bytes can be bound.
+    /// A buffer that holds `data`; never empty, since an empty buffer cannot be bound.
     pub(crate) fn buffer<T: NoUninit>(
         &mut self,
         what: &str,

@@ -62,9 +62,13 @@ fn a_report_is_whole_and_its_data_are_right() {
     for outside in ["src=\"http", "href=\"http", "<script", "url("] {
         assert!(!page.contains(outside), "{outside}");
     }
-    for part in
-        ["mis/independent", "whitted/independent (biased)", "data:image/png;base64,", "shared", "is walking rays"]
-    {
+    for part in [
+        "mis/independent",
+        "whitted/independent (biased)",
+        "data:image/png;base64,",
+        "shared",
+        "is traversal of the BVH",
+    ] {
         assert!(page.contains(part), "{part}");
     }
     for chart in ["error-time", "error-samples", "front", "calibration", "bias", "stages"] {
@@ -223,8 +227,8 @@ fn shared_paths_can_be_raced() {
     let [alone_once, shared_once] = [alone, shared].map(|name| format!("{name} ≤ 1 bounce"));
     assert_eq!(raced, [(&*alone_once, "off"), (&*shared_once, "on"), (alone, "off"), (shared, "on")]);
     // Light of one bounce is from lamps alone.
-    let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("no paths here")).collect();
-    assert_eq!(output, [format!("warning: {shared_once}: there are no paths here that pixels could share")]);
+    let output: Vec<_> = ran.stdout.lines().filter(|line| line.contains("path reuse has no effect")).collect();
+    assert_eq!(output, [format!("warning: {shared_once}: path reuse has no effect on this scene")]);
     // With path reuse, more rays are traced for as many paths.
     let rays = |method| data.scenes[0].rows_of(method).filter(|row| row.spp == 4).map(|row| row.rays).sum::<u64>();
     assert_eq!(rays(0), rays(1));
@@ -244,7 +248,7 @@ fn a_given_reference_and_other_renderers_are_taken() {
         .unwrap();
     folder.run(&format!("{TINY} --spp 4 -o report --reference ref.exr --overlay peers.csv")).succeeded();
     let page = text(&folder, "report/index.html");
-    assert!(page.contains("Elsewhere") && page.contains("reference by ref.exr with 256 samples a pixel"));
+    assert!(page.contains("Elsewhere") && page.contains("reference by ref.exr with 256 samples per pixel"));
     // A race between renderers, drawn on existing measurements; its pictures had 256×256 pixels.
     let races = r#"[{"scene": "cornell-box", "renderer": "Somebody", "spp": 64, "mpaths": 4.0, "relmse": 0.005, "efficiency": 190.735}]"#;
     std::fs::write(folder.path("races.json"), races).unwrap();
@@ -257,5 +261,5 @@ fn a_given_reference_and_other_renderers_are_taken() {
     std::fs::write(folder.path("bad.csv"), "scene,seconds\n").unwrap();
     folder.run("bench {box} --spp 4 --overlay bad.csv --quiet").failed_with(&["bad.csv", "no column"]);
     let usage = folder.run("bench {box} --vary bounces=3");
-    assert!(usage.code == Some(2) && usage.stderr.contains("there is no switch"), "{usage:#?}");
+    assert!(usage.code == Some(2) && usage.stderr.contains("there is no option"), "{usage:#?}");
 }

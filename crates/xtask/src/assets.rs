@@ -132,11 +132,11 @@ fn extensions_readme(table: &str) -> String {
     format!(
         "# Files for one extension each
 
-Those in the table are made by `cargo xtask assets` from `crates/scenes/src/extensions.rs`, and
-compared with their closed forms by `tests/torture/bsdf/extensions.rs`. Each is viewed straight on, under a
-white sky (`--sky 1,1,1`) unless it has a light. The others, `basisu`, `draco` and `meshopt-*`, were
-made by other encoders ([gltf.md](../../docs/gltf.md)), with the plain meshes or colours
-that they must equal beside them.
+The files in the table are made by `cargo xtask assets` from `crates/scenes/src/extensions.rs`, and
+compared with their closed forms by `tests/torture/bsdf/extensions.rs`. The view is at normal
+incidence, under a white sky (`--sky 1,1,1`) unless the file has a light. The other files, `basisu`,
+`draco` and `meshopt-*`, were made by other encoders ([gltf.md](../../docs/gltf.md)). Beside them are
+the plain meshes or colours that they must equal.
 
 | file | shows | known | triangles | bytes |
 |---|---|---|---:|---:|
@@ -148,9 +148,9 @@ fn torture_readme(table: &str) -> String {
     format!(
         "# The torture list's scenes
 
-Made by `cargo xtask assets` from `crates/scenes/src/torture/`, like the scenes beside this folder. Tests of the same
-names are in `tests/torture/` ([testing](../../docs/testing.md)). A sky is no part of a glTF file: where a case needs one, it
-is named with the option that sets it.
+Made by `cargo xtask assets` from `crates/scenes/src/torture/`. Tests of the same names are in
+`tests/torture/` ([testing](../../docs/testing.md)). A glTF file cannot contain a sky: where a case
+needs one, the table gives the option that sets it.
 
 | case | file | shows | known in closed form | triangles | bytes |
 |---:|---|---|---|---:|---:|
@@ -162,9 +162,10 @@ fn readme(table: &str) -> String {
     format!(
         "# Generated scenes
 
-Made by `cargo xtask assets` from `crates/scenes/src/` (this table too); `cargo xtask assets --check` fails
-when a file differs from the code. Each states its closed form, here and in `asset.extras.notes` of the file.
-Conventions: metres, +Y up, fronts counter-clockwise; emitters black and one-sided; radiance in linear Rec. 709.
+Made by `cargo xtask assets` from `crates/scenes/src/`, this table included.
+`cargo xtask assets --check` fails when a file differs from the code. Each scene states its closed
+form, here and in `asset.extras.notes` of the file. Conventions: metres, +Y up, fronts
+counter-clockwise; emitters black and one-sided; radiance in linear Rec. 709.
 
 | file | shows | known in closed form | triangles | bytes |
 |---|---|---|---:|---:|

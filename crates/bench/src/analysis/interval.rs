@@ -4,10 +4,10 @@ use surelight_estimate::{Estimate, Moments, student_t_quantile, welch_test};
 
 use super::CONFIDENCE;
 
-/// A figure with its interval.
+/// An estimate with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Interval {
-    /// Best guess.
+    /// Point estimate.
     pub value: f64,
     /// Lower end.
     pub low: f64,
@@ -32,7 +32,7 @@ impl Interval {
         Self::of(&logs).map(|i| Self { value: i.value.exp(), low: i.low.exp(), high: i.high.exp() })
     }
 
-    /// Whether the interval holds a value.
+    /// Whether the interval contains a value.
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }

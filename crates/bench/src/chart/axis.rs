@@ -1,4 +1,4 @@
-//! Axes with ticks that people would choose.
+//! Axes with ticks at round numbers.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 pub(super) enum Unit {
     /// Plain numbers.
     Plain,
-    /// Shares, shown in percent.
+    /// Fractions, shown in percent.
     Percent,
 }
 
@@ -38,7 +38,7 @@ impl Axis {
         Self { low, high, log: false, unit }
     }
 
-    /// Where a value lies, 0 to 1.
+    /// The position of a value on the axis, 0 to 1.
     pub(super) fn at(&self, value: f64) -> f64 {
         if self.log {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -47,7 +47,7 @@ impl Axis {
         }
     }
 
-    /// Values with labels, `most` at most or a few more.
+    /// Values with labels, at most about `most`.
     pub(super) fn ticks(&self, most: usize) -> Vec<f64> {
         if !self.log {
             return self.linear_ticks(most);
@@ -75,7 +75,7 @@ impl Axis {
         (first..=last).map(|k| k as f64 * step).collect()
     }
 
-    /// All digits of all decades, for light lines.
+    /// All multiples 1 to 9 of all decades, for light lines.
     fn fine(&self) -> Vec<f64> {
         if !self.log {
             return Vec::new();
@@ -94,7 +94,7 @@ impl Axis {
     }
 }
 
-/// A number of a tick, without digits that say nothing.
+/// The number at a tick, without insignificant digits.
 fn plain(value: f64) -> String {
     if value == 0.0 {
         return "0".into();

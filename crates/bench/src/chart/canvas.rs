@@ -1,4 +1,4 @@
-//! The sheet that charts are drawn on: sizes, colours, marks, text, and the way to PNG.
+//! The canvas of charts: sizes, colours, marks, text, and conversion to PNG.
 
 use plotters::{
     coord::Shift,
@@ -9,29 +9,29 @@ use plotters::{
 
 use crate::error::BenchError;
 
-/// Where a chart is shown.
+/// The medium of a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// On a desk or in print: the legend is beside the chart.
+    /// A large screen or print: the legend is beside the chart.
     Wide,
-    /// On a phone: the legend is below the chart.
+    /// A phone: the legend is below the chart.
     Narrow,
 }
 
-/// Coordinates are whole numbers, so that everything is drawn at this many times its size.
+/// Drawing scale: coordinates are integers, so charts are drawn at this many times their size.
 pub(super) const SCALE: i32 = 2;
 
-/// Size of text.
+/// Font size.
 pub(super) const TEXT: i32 = 15 * SCALE;
 
-/// The same font in the SVG, where the reader may have it, and in the PNG, which has it from here;
-/// the others are about as wide or narrower.
+/// Font family of the SVG. The PNG is drawn with the first font, which comes with this crate; the
+/// fallbacks are about as wide or narrower.
 const FONT: &str = "DejaVu Sans, Verdana, Segoe UI, sans-serif";
 
-/// DejaVu Sans (see font/LICENSE), without the letters that charts do not need.
+/// DejaVu Sans (see font/LICENSE), reduced to the characters of the charts.
 const FONT_BYTES: &[u8] = include_bytes!("../../font/DejaVuSans-subset.ttf");
 
-/// Colours that the colour-blind can distinguish (Okabe & Ito, "Color universal design", 2008),
+/// Colours that are safe for the colour-blind (Okabe & Ito, "Color universal design", 2008),
 /// dark enough for lines: their yellow is left out.
 pub(super) const COLORS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -47,14 +47,14 @@ pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const GRID: RGBColor = RGBColor(205, 205, 205);
 pub(super) const FAINT: RGBColor = RGBColor(235, 235, 235);
 
-/// How a line is drawn, beside its colour.
+/// The dash pattern of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Dash {
     #[default]
     Solid,
     Dashed,
     Dotted,
-    /// Marks alone.
+    /// Marks only.
     None,
 }
 
@@ -105,12 +105,13 @@ pub(super) fn sheet(
         height / SCALE,
         escape(title)
     );
-    let rest = svg.find("xmlns").map(|at| &svg[at + "xmlns".len()..]).ok_or_else(|| failed("it is no SVG".into()))?;
+    let rest =
+        svg.find("xmlns").map(|at| &svg[at + "xmlns".len()..]).ok_or_else(|| failed("it is not an SVG".into()))?;
     Ok(head + &compact(rest))
 }
 
-/// The same drawing with fewer letters: lines of one look that follow one another, such as the
-/// dashes of a curve, become one path.
+/// The same drawing in fewer bytes: successive lines of one style, such as the dashes of a curve,
+/// become one path.
 fn compact(svg: &str) -> String {
     let plain = svg.replace(" opacity=\"1\"", "").replace(&format!(" font-family=\"{FONT}\""), "");
     let mut out = String::new();
@@ -140,7 +141,7 @@ fn compact(svg: &str) -> String {
     out
 }
 
-/// Look and steps of a line, where the element is one.
+/// Style and path commands of a line, where the element is one.
 fn strokes(element: &str) -> Option<(String, String)> {
     if let Some(rest) = element.strip_prefix("<polyline fill=\"none\"") {
         let (look, points) = rest.split_once(" points=\"")?;
@@ -158,7 +159,7 @@ pub(crate) fn escape(text: &str) -> String {
     maud::html! { (text) }.into_string()
 }
 
-/// Width of text, about: what DejaVu Sans takes.
+/// Approximate width of text in DejaVu Sans.
 pub(super) fn text_width(text: &str, size: i32) -> i32 {
     let ems: f64 = text.chars().map(|c| if "iljtfr.,:;|' ()/−-".contains(c) { 0.40 } else { 0.63 }).sum();
     (ems * f64::from(size)).ceil() as i32
@@ -174,7 +175,7 @@ pub(super) fn write(area: &Area<'_>, text: &str, at: (i32, i32), size: i32, h: H
     area.draw(&Text::new(text.to_owned(), at, text_style(size, INK, h, VPos::Center)))
 }
 
-/// A line through some points.
+/// Draws a line through some points.
 pub(super) fn line(area: &Area<'_>, points: &[(i32, i32)], color: RGBColor, width: u32, dash: Dash) -> Drawn {
     let style = color.stroke_width(width);
     let points = points.to_vec();
@@ -186,7 +187,7 @@ pub(super) fn line(area: &Area<'_>, points: &[(i32, i32)], color: RGBColor, widt
     }
 }
 
-/// A mark of a style; `usize::MAX` is none.
+/// Draws a mark of a style; `usize::MAX` is none.
 pub(super) fn mark(area: &Area<'_>, (x, y): (i32, i32), style: &Style, size: i32) -> Drawn {
     if style.shape == usize::MAX {
         return Ok(());
@@ -230,7 +231,7 @@ pub(super) fn mark(area: &Area<'_>, (x, y): (i32, i32), style: &Style, size: i32
     Ok(())
 }
 
-/// The chart as a PNG, drawn from the SVG with the font that comes with this crate.
+/// The chart as a PNG, rendered from the SVG with the font that comes with this crate.
 pub(crate) fn png(name: &str, svg: &str) -> Result<Vec<u8>, BenchError> {
     use resvg::{tiny_skia, usvg};
     let failed = |cause: String| BenchError::Chart { name: name.into(), cause };

@@ -19,11 +19,11 @@ pub(super) struct Series {
     pub(super) name: String,
     pub(super) style: Style,
     pub(super) points: Vec<(f64, f64)>,
-    /// Lower and upper edge at each point.
+    /// Lower and upper end of the band at each point.
     pub(super) band: Vec<[f64; 2]>,
 }
 
-/// A straight line that helps to read the chart.
+/// A straight line for orientation.
 pub(super) enum Guide {
     /// y = c·x^p for every c: faint diagonals.
     Power {
@@ -58,7 +58,7 @@ pub(super) struct Lines {
     pub(super) guides: Vec<Guide>,
 }
 
-/// Lighter than the data, unlike the grid in hue.
+/// Colour of diagonals: lighter than the data, and unlike the grid in hue.
 const DIAGONAL: RGBColor = RGBColor(214, 196, 150);
 
 const ROW: i32 = 21 * SCALE;
@@ -102,7 +102,7 @@ impl Lines {
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         let title_size = if small { TEXT } else { TEXT + 2 * SCALE };
         write(sheet, &self.title, (12 * SCALE, 18 * SCALE), title_size, HPos::Left)?;
-        // Beside the axis it would have to be read sideways.
+        // Above the axis, since a label beside it would be rotated.
         write(sheet, &self.y_label, (12 * SCALE, 40 * SCALE), TEXT, HPos::Left)?;
         chart
             .configure_mesh()
@@ -148,7 +148,7 @@ impl Lines {
                 line(sheet, &[at(low, low), at(high, high)], INK, SCALE as u32, Dash::Dashed)
             }
             Guide::Power { exponent, .. } => {
-                // Through the left edge and on along the top, a diagonal each half decade.
+                // One diagonal per half decade, from the left edge along the top.
                 let constant = |x: f64, y: f64| y / x.powf(*exponent);
                 let (first, last) = (constant(x.low, y.low).log10(), constant(x.high, y.high).log10());
                 for step in (first * 2.0).ceil() as i32..=(last * 2.0).floor() as i32 {

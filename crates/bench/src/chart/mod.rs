@@ -1,4 +1,4 @@
-//! The charts of a report, as SVG; `canvas` turns each into a PNG too.
+//! The charts of a report, as SVG; `canvas` converts each to PNG, too.
 
 mod axis;
 mod canvas;
@@ -25,7 +25,7 @@ pub(crate) use canvas::{escape, png};
 pub struct Chart {
     /// Stem of its files.
     pub name: &'static str,
-    /// For desks and print.
+    /// For large screens and print.
     pub wide: String,
     /// For phones.
     pub narrow: String,
@@ -36,7 +36,7 @@ fn both(name: &'static str, draw: impl Fn(Format) -> Result<String, BenchError>)
     Ok(Chart { name, wide: draw(Format::Wide)?, narrow: draw(Format::Narrow)? })
 }
 
-/// Looks of the methods: a colour and a shape for each integrator with its switches, fill and
+/// Styles of the methods: a colour and a shape for each integrator with its options, fill and
 /// dashes for samplers.
 fn styles(scene: &SceneData) -> Vec<Style> {
     let mut groups = Vec::new();
@@ -69,7 +69,7 @@ pub(crate) fn seconds_label(clock: Clock) -> &'static str {
 
 const ERROR_LABEL: &str = "relative RMS error";
 
-/// The name of a method with what must not be overlooked.
+/// The name of a method, marked where it is biased.
 fn named(scene: &SceneData, method: usize) -> String {
     let data = &scene.methods[method];
     format!("{}{}", data.name, if data.biased.is_some() { " (biased)" } else { "" })
@@ -84,13 +84,13 @@ fn by_final_error(scene: &SceneData) -> Vec<usize> {
     order
 }
 
-/// The height of the reference's own error, where it is in sight.
+/// The level of the reference's own error, where it is within the axis.
 fn own_error(scene: &SceneData, y: &Axis) -> Option<Guide> {
     let own = scene.reference.rel_mse.map(f64::sqrt).filter(|own| (y.low..y.high).contains(own))?;
     Some(Guide::Level { at: own, name: "the reference's own".into() })
 }
 
-/// Other renderers' points, a series each.
+/// Other renderers' points, one series per renderer.
 fn peers(scene: &SceneData, peers: &[Peer], over_samples: bool) -> Vec<Series> {
     let mut series: Vec<Series> = Vec::new();
     for peer in peers.iter().filter(|p| p.scene == scene.name) {
@@ -109,7 +109,7 @@ fn peers(scene: &SceneData, peers: &[Peer], over_samples: bool) -> Vec<Series> {
     series
 }
 
-/// Error against time or samples, log–log, a line a method.
+/// Error against time or samples, log–log, one line per method.
 pub fn convergence(scene: &SceneData, others: &[Peer], over_samples: bool) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let x_of = |p: &crate::analysis::Point| if over_samples { f64::from(p.spp) } else { p.seconds };
@@ -145,8 +145,8 @@ pub fn convergence(scene: &SceneData, others: &[Peer], over_samples: bool) -> Re
     both(name, |format| lines.draw(format))
 }
 
-/// The fastest way to each error: every checkpoint of the methods without bias, and the front that
-/// no other lies before.
+/// The fastest way to each error: every checkpoint of the methods without bias, and their Pareto
+/// front.
 pub fn front(scene: &SceneData, others: &[Peer]) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let order = by_final_error(scene).into_iter().filter(|&m| scene.methods[m].biased.is_none());
@@ -164,7 +164,7 @@ pub fn front(scene: &SceneData, others: &[Peer]) -> Result<Chart, BenchError> {
     let x = Axis::log(points().map(|p| p.0), Unit::Plain);
     let y = Axis::log(points().map(|p| p.1), Unit::Percent);
     let guides = own_error(scene, &y).into_iter().collect();
-    // Under the marks.
+    // Drawn below the marks.
     let style = Style { color: COLORS[4], shape: usize::MAX, fill: Fill::Full, dash: Dash::Solid };
     let points = front.iter().map(|&(_, point)| (point.seconds, point.error)).collect();
     series.insert(0, Series { name: "the front".into(), style, points, band: Vec::new() });
@@ -181,8 +181,8 @@ pub fn front(scene: &SceneData, others: &[Peer]) -> Result<Chart, BenchError> {
     both("front", |format| lines.draw(format))
 }
 
-/// Predicted against real error: on the diagonal the error bars are right, above it they promise
-/// too much.
+/// Predicted against real error: on the diagonal the error bars are right, above it they are too
+/// narrow.
 pub fn calibration(scene: &SceneData) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let series: Vec<Series> = by_final_error(scene)
@@ -209,11 +209,11 @@ pub fn calibration(scene: &SceneData) -> Result<Chart, BenchError> {
     both("calibration", |format| lines.draw(format))
 }
 
-/// Mean signed error with its interval, a row a method.
+/// Mean signed error with its interval, one row per method.
 pub fn bias(scene: &SceneData) -> Result<Chart, BenchError> {
     let styles = styles(scene);
     let known: Vec<_> = (0..scene.methods.len()).filter_map(|m| Some((m, scene.bias(m)?))).collect();
-    // The scale is that of methods without bias; the others' arrows point beyond it.
+    // The scale is that of the methods without bias; arrows mark values of the others beyond it.
     let honest = known.iter().filter(|(m, _)| scene.methods[*m].biased.is_none());
     let reach = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0f64, |r, end| r.max(end.abs()));
     let of_honest = reach(&mut honest.flat_map(|(_, i)| [i.low, i.high]));
@@ -234,7 +234,7 @@ pub fn bias(scene: &SceneData) -> Result<Chart, BenchError> {
     both("bias", |format| chart.draw(format))
 }
 
-/// Where the time goes, a bar a method.
+/// The stages of the time, one bar per method.
 pub fn stages(scene: &SceneData) -> Result<Chart, BenchError> {
     let rows: Vec<(String, Content)> = (0..scene.methods.len())
         .map(|m| (scene.methods[m].name.clone(), Content::Parts(scene.stages(m).to_vec())))

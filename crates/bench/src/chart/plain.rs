@@ -1,4 +1,4 @@
-//! Charts of other figures than a race's, for benches.
+//! Charts of the figures of benches.
 
 use super::{
     Chart, Format,
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::error::BenchError;
 
-/// Bars made of parts, a row each; `parts` names them.
+/// Bars made of parts, one row per bar; `parts` are the names of the parts.
 ///
 /// # Errors
 /// Where the chart cannot be drawn.

@@ -18,12 +18,12 @@ use crate::error::BenchError;
 pub(super) enum Content {
     /// A value with its interval.
     Interval {
-        /// Looks of the mark.
+        /// Style of the mark.
         style: Style,
         /// Lower end, value, upper end; beyond the axis an arrow replaces it.
         ends: [f64; 3],
     },
-    /// Lengths that follow one another.
+    /// Successive lengths.
     Parts(Vec<f64>),
 }
 
@@ -40,18 +40,18 @@ pub(super) struct Rows {
 
 const ROW: i32 = 26 * SCALE;
 
-/// Where the legend begins.
+/// Position of the legend.
 const LEGEND_LEFT: i32 = 14 * SCALE;
 const LEGEND_TOP: i32 = 52 * SCALE;
 
-/// Colours of parts, so that neighbours differ in grey too: safe ones and a grey.
+/// Colours of parts: colour-blind safe, with different grey levels for neighbours.
 const PARTS: [RGBColor; 5] = [RGBColor(190, 190, 190), COLORS[6], COLORS[5], RGBColor(240, 228, 66), COLORS[0]];
 
 impl Rows {
     /// Draws the chart.
     pub(super) fn draw(&self, format: Format) -> Result<String, BenchError> {
         let small = format == Format::Narrow;
-        // On a phone a row's name is above it.
+        // In the narrow format a row's name is above it.
         let row = if small { 2 * ROW - 6 * SCALE } else { ROW };
         let names = self.rows.iter().map(|(name, _)| text_width(name, TEXT)).max().unwrap_or(0);
         let left = if small { 14 * SCALE } else { names + 24 * SCALE };
@@ -138,8 +138,8 @@ impl Rows {
         }
     }
 
-    /// The place of each part's entry: one below the other on a phone, else in lines as wide as the
-    /// chart.
+    /// The position of each part's entry: one below the other in the narrow format, otherwise in
+    /// lines as wide as the chart.
     fn legend_places(&self, width: i32, small: bool) -> Vec<(i32, i32)> {
         let (mut x, mut y) = (LEGEND_LEFT, LEGEND_TOP);
         let mut places = Vec::new();

@@ -1,4 +1,4 @@
-//! Charts show the data, and name the methods.
+//! Charts contain the data and the names of the methods.
 
 use super::*;
 use crate::testing::synthetic;
@@ -28,7 +28,7 @@ fn every_chart_is_drawn_and_names_the_methods() {
         for svg in [&chart.wide, &chart.narrow] {
             assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{}", chart.name);
             assert!(svg.contains("a&lt;b&gt;&amp;c"), "{}", chart.name);
-            // It parses, and is no sheet without ink.
+            // It can be parsed, and is not blank.
             assert!(png(chart.name, svg).unwrap().len() > 5_000, "{}", chart.name);
         }
         assert_eq!(chart.wide.contains("(biased)"), !["front", "stages"].contains(&chart.name), "{}", chart.name);

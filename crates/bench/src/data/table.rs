@@ -43,7 +43,7 @@ impl Data {
     /// All rows as CSV, one line per checkpoint; an unknown figure is an empty field.
     ///
     /// # Errors
-    /// Never in practice: rows of one length are written to memory.
+    /// Never in practice: rows of equal length are written to memory.
     pub fn csv(&self) -> Result<Vec<u8>, csv::Error> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.write_record(CSV_COLUMNS)?;

@@ -15,7 +15,7 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    /// Probability of something as far above zero by chance.
+    /// Probability of a value at least as far above zero by chance.
     fn p(&self, beyond: f64) -> f64 {
         let far = self.value - beyond;
         if self.se == 0.0 {
@@ -42,7 +42,7 @@ impl Shift {
     }
 }
 
-/// Welch's difference of two means; `None` where one has no spread to judge by.
+/// Welch's difference of two means; `None` where one has no variance.
 pub(super) fn shift([old, new]: &[Moments; 2]) -> Option<Shift> {
     if old.count() < 2 || new.count() < 2 {
         return None;

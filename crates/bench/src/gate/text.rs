@@ -23,7 +23,7 @@ impl std::fmt::Display for Comparison {
             writeln!(f, "note: {note}")?;
         }
         let verdict = if self.is_loss() {
-            "the new version has lost something"
+            "the new version has losses"
         } else {
             "no loss beyond the tolerance and chance"
         };

@@ -180,7 +180,7 @@ fn camera(eye: DVec3, target: DVec3, yfov: f64) -> Camera {
     }
 }
 
-/// From where the floor beside a globe is seen, and to where.
+/// Eye and target of the view of the floor beside a globe.
 const FLOOR_VIEW: [DVec3; 2] = [DVec3::new(0.0, 1.2, 3.0), DVec3::new(0.0, 0.0, 0.9)];
 
 /// The globe of the torture list about a bulb; the camera is directed past it at the floor.
@@ -190,10 +190,11 @@ fn globe(radius: f64) -> Scene {
     scene
 }
 
-/// A point of 40 cd in the middle of a smooth globe: its rays are the globe's radii, and stay so.
+/// A point light of 40 cd at the centre of a smooth globe: its rays are radii of the globe, and are
+/// not refracted.
 fn point() -> Scene {
     let mut scene = Scene::default();
-    // Dark, so that what comes back from the globe does not count.
+    // Dark, so that light back from the globe is negligible.
     add(&mut scene, Shape::parallelogram(DVec3::ZERO, DVec3::X * 20.0, DVec3::NEG_Z * 20.0), lambert(0.02));
     let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] };
     let glass =

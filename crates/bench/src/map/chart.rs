@@ -1,5 +1,5 @@
-//! The map as a drawing: a cell says what came of a method by its colour, its mark and a few words,
-//! so that none is needed to tell.
+//! The map as a chart: a cell shows a verdict by its colour, its mark and a few words, each of
+//! which suffices alone.
 
 use std::fmt::Write as _;
 

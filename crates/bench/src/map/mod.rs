@@ -1,4 +1,4 @@
-//! The failure map: which method is good for what, and where it breaks.
+//! The failure map: the strengths of each method, and the scenes where it fails.
 //!
 //! Scenes that are each built around one difficulty, most with a closed form, are rendered by every
 //! estimator with the same number of samples. A cell of the map says what came of it ([`Verdict`]).
@@ -30,9 +30,9 @@ const SIDE: u32 = 32;
 const BATCHES: u32 = 16;
 /// Level of all tests of a map together.
 const ALPHA: f64 = 0.01;
-/// A picture is believed where at least this share of its pixels is certified.
+/// Minimum fraction of certified pixels of a picture that is trusted.
 const BELIEVED: f64 = 0.9;
-/// Costs up to this many times the best one's are as good as the best.
+/// Costs up to this factor above the minimum are taken as equal to it.
 const AS_GOOD: f64 = 2.0;
 
 /// The columns: the estimators of the lecture.
@@ -50,9 +50,9 @@ const CHANCE: &str = "light by chance";
 
 /// The truth about a scene's picture.
 enum Truth {
-    /// Mean over the picture, exactly.
+    /// The exact mean over the picture.
     Mean(f64),
-    /// The mean of this method's picture with so many times the samples.
+    /// The mean of this method's picture with this many times the samples.
     Long(Integrator, u32),
 }
 
@@ -60,41 +60,41 @@ enum Truth {
 struct Case {
     /// Stem of its picture.
     name: &'static str,
-    /// In the chart.
+    /// Its title in the chart.
     title: &'static str,
     build: fn() -> Scene,
     truth: fn() -> Truth,
-    /// Samples a pixel of a batch.
+    /// Samples per pixel in a batch.
     samples: u32,
-    /// Stops by which its picture is brightened.
+    /// Exposure of its picture, in stops.
     exposure: f64,
-    /// A paragraph: what happens, and why.
+    /// A paragraph that explains the results.
     why: &'static str,
 }
 
-/// What came of a method on a scene.
+/// The verdict on a method and a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// Unbiased as far as can be seen, its error bars believed, and about as cheap as the best.
+    /// No bias is detected, error bars are trusted, and the cost is about the minimum.
     Certified,
-    /// The same at this many times the cost of the best: rays to the same error.
+    /// The same at this many times the minimum cost: rays to the same error.
     Noisy(f64),
-    /// It says itself that it is not to be believed.
+    /// The render reports that it is not to be trusted.
     Flagged(String),
-    /// The mean is off by this share, and whether the picture says that it is biased.
+    /// The mean has this relative error; and whether the render reports its bias.
     Wrong(f64, bool),
 }
 
 /// A cell of the map.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// What came of it.
+    /// The verdict.
     pub verdict: Verdict,
     /// Mean of the picture over the truth, less 1; its standard error.
     pub deviation: [f64; 2],
-    /// Share of the pixels that are certified.
+    /// Fraction of the pixels that are certified.
     pub certified: f64,
-    /// Relative variance of a sample times rays of a path.
+    /// Relative variance of a sample times rays per path.
     pub cost: f64,
     film: Film,
 }
@@ -113,7 +113,8 @@ pub struct Map {
 }
 
 impl Map {
-    /// Renders every case by every method. `watch` receives the case that begins; false stops.
+    /// Renders every case by every method. `watch` receives the title of each case before it
+    /// begins; false stops.
     ///
     /// # Errors
     /// Where the device fails, or `watch` stops it.
@@ -128,7 +129,7 @@ impl Map {
         Ok(Self { device: device.info.name.clone(), rows })
     }
 
-    /// Cells that are wrong without a word, as row and column.
+    /// Cells with an unreported error, as row and column.
     pub fn silent(&self) -> Vec<(&'static str, &'static str)> {
         let cells =
             self.rows.iter().flat_map(|row| row.cells.iter().zip(METHODS).map(|(cell, m)| (row.case.title, m.0, cell)));
@@ -166,7 +167,7 @@ fn picture(
     let Batched { film, means } = batches;
     let rays_per_path = renderer.counts.rays as f64 / renderer.counts.paths.max(1) as f64;
     let mean = match integrator {
-        // Its pixels share particles; batches share nothing.
+        // Pixels share particles; batches are independent.
         Integrator::Caustics => of_batches(&means),
         _ => pooled(&film),
     };
@@ -235,7 +236,7 @@ impl Row {
             .zip(METHODS)
             .map(|(p, (_, integrator))| judge(&scene, p, integrator, &truth, level))
             .collect();
-        // The biased one has no noise to speak of, and sets no price.
+        // The biased method has almost no noise, and is excluded from the minimum cost.
         let sound = cells.iter().zip(METHODS).filter(|(c, m)| c.verdict == Verdict::Certified && !m.1.is_biased());
         let sound = sound.map(|(c, _)| c.cost);
         let best = sound.fold(f64::INFINITY, f64::min);
@@ -249,7 +250,7 @@ impl Row {
     }
 }
 
-/// All but the comparison of costs.
+/// The verdict before the comparison of costs.
 fn judge(scene: &Scene, picture: Picture, integrator: Integrator, truth: &Estimate, level: f64) -> Cell {
     let Picture { film, mean, rays_per_path, stated } = picture;
     // Sums are f32, and closed forms are means over pixels by quadrature: 0.01 % cannot be

@@ -9,8 +9,9 @@ use crate::error::BenchError;
 
 use super::{BATCHES, METHODS, Map, Row, SIDE, Verdict, chart};
 
-/// Pixels of a pixel, and between pictures.
+/// Enlargement of pixels.
 const ZOOM: usize = 3;
+/// Pixels between pictures.
 const GAP: usize = 6;
 
 const HEAD: &str = "\
@@ -110,7 +111,7 @@ fn columns(of: impl Fn(&str) -> String) -> String {
     METHODS.iter().map(|(name, _)| of(name)).collect()
 }
 
-/// As GitHub names headings.
+/// The anchor that GitHub makes for a heading.
 fn anchor(title: &str) -> String {
     let kept = title.to_lowercase();
     kept.chars()
@@ -119,7 +120,7 @@ fn anchor(title: &str) -> String {
         .collect()
 }
 
-/// The failure that no estimator can help: adding up.
+/// The failure of f32 sums, which is independent of the estimator.
 fn accumulation() -> String {
     const COUNT: u32 = 1 << 26;
     const BATCH: u32 = 4096;

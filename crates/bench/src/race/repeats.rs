@@ -12,15 +12,15 @@ use crate::{
     tracer::Run,
 };
 
-/// Repeats that bands and intervals need.
+/// Minimum number of repeats for bands and intervals.
 const MIN_REPEATS: u32 = 2;
 
-/// Of the time for a scene, the share after which no other repeat is begun: on a machine as quick
-/// as at first, a third of the race is left there at most.
+/// The fraction of a scene's time after which no further repeat begins: at the speed of the trials,
+/// at most a third of the race remains at that point.
 const LATE: f64 = 0.8;
 
 impl Race<'_, '_> {
-    /// All repeats of all methods that are not measured yet.
+    /// Runs all repeats of all methods that are not measured yet.
     pub(super) fn measure_all(
         &mut self,
         scene: &mut SceneData,
@@ -31,20 +31,20 @@ impl Race<'_, '_> {
         for repeat in 0..self.plan.repeats {
             if repeat >= MIN_REPEATS && self.is_late() && (0..count).all(|m| !scene.is_complete(m, repeat)) {
                 scene.warnings.push(format!(
-                    "{repeat} repeats instead of {}: the machine has become slower than it was when methods were tried out",
+                    "{repeat} repeats instead of {}: the machine has become slower since the trials",
                     scene.repeats
                 ));
                 scene.repeats = repeat;
                 break;
             }
             for turn in 0..count {
-                // Each repeat begins with another method, and every second one goes backwards.
+                // Each repeat begins with another method, and every second one is in reverse order.
                 let turn = if repeat % 2 == 0 { turn } else { count - 1 - turn };
                 let index = (turn + repeat as usize / 2) % count;
                 if scene.is_complete(index, repeat) {
                     continue;
                 }
-                // What an interrupted repeat left is measured again, with the same samples.
+                // An interrupted repeat is measured again, with the same samples.
                 scene.rows.retain(|row| (row.method, row.repeat) != (index, repeat));
                 let went_on = self.measure_one(scene, reference, index, repeat)?;
                 save(scene)?;
@@ -56,14 +56,14 @@ impl Race<'_, '_> {
         Ok(true)
     }
 
-    /// Whether the time for the whole scene, where there is one, will not suffice for another
+    /// Whether the time for the whole scene, where it is limited, does not suffice for another
     /// repeat.
     fn is_late(&self) -> bool {
         let Budget::Total(seconds) = self.plan.budget else { return false };
         self.started.elapsed().as_secs_f64() > LATE * seconds
     }
 
-    /// One repeat of one method, checkpoint after checkpoint.
+    /// Runs one repeat of one method, checkpoint after checkpoint.
     fn measure_one(
         &mut self,
         scene: &mut SceneData,
@@ -98,7 +98,7 @@ impl Race<'_, '_> {
         Ok(true)
     }
 
-    /// Share of the work that is done, by the checkpoints measured.
+    /// The finished fraction of the work, by the checkpoints measured.
     fn work_left(&self, scene: &SceneData) -> f64 {
         let runs = scene.methods.len() * scene.repeats as usize;
         let done = (0..scene.methods.len())
@@ -108,7 +108,7 @@ impl Race<'_, '_> {
         reference + (1.0 - reference) * done as f64 / runs.max(1) as f64
     }
 
-    /// The picture of a method and where it errs.
+    /// Writes the picture of a method and the map of its errors.
     fn pictures(&self, film: &Film, reference: &Reference, name: &str) -> Result<(), BenchError> {
         let name = slug(name);
         write_png(&self.folder.join(format!("{name}.png")), film, &self.display())?;
@@ -116,7 +116,7 @@ impl Race<'_, '_> {
     }
 }
 
-/// The checkpoint that a run has reached.
+/// The row of the checkpoint that a run has reached.
 fn row(method: usize, repeat: u32, run: &Run, reference: &Reference, flip: Option<f64>) -> Row {
     let errors = measure(&run.film, reference, run.reuses_paths);
     Row {

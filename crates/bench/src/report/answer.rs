@@ -7,11 +7,11 @@ use crate::{
 
 use super::text::{factor, level, seconds};
 
-/// Which method reaches which error first, by how much: "mis/sobol reaches 2 % in 3.1 s, 4.2 × (3.9
+/// The fastest method to an error, and its lead: "mis/sobol reaches 2 % in 3.1 s, 4.2 × (3.9
 /// to 4.6) sooner than area/sobol".
 ///
 /// The level is the finest that two methods without bias reached in every repeat; where only one
-/// got anywhere, it is the finest of that one.
+/// reached any, it is the finest of that one.
 pub fn answer(scene: &SceneData) -> String {
     let levels = scene.levels();
     let shared = levels.iter().rev().find(|&&e| scene.ranking(e, false).len() >= 2);
@@ -24,7 +24,7 @@ pub fn answer(scene: &SceneData) -> String {
     let name = |m: usize| scene.methods[m].name.as_str();
     let mut text = format!("{} reaches {} in {}", name(best), level(error), seconds(time.value));
     match ranking.get(1) {
-        None => text += ", and no other method without bias gets there",
+        None => text += ", and no other method without bias reaches it",
         Some(&(second, _)) => {
             let sooner = sooner(scene, second, best, error);
             if sooner.is_none_or(|s| s.holds(1.0)) {
@@ -46,7 +46,7 @@ pub fn answer(scene: &SceneData) -> String {
     let late = |&m: &usize| scene.methods[m].biased.is_none() && !ranking.iter().any(|r| r.0 == m);
     let late: Vec<&str> = (0..scene.methods.len()).filter(late).map(name).collect();
     if ranking.len() > 1 && !late.is_empty() {
-        text += &format!("; {} did not get there", list(&late));
+        text += &format!("; {} did not reach it", list(&late));
     }
     text + "."
 }
@@ -59,7 +59,7 @@ fn list(names: &[&str]) -> String {
     }
 }
 
-/// How many times as long `slow` takes as `fast`.
+/// The ratio of the times of `slow` and `fast`.
 pub(super) fn sooner(scene: &SceneData, slow: usize, fast: usize, error: f64) -> Option<Interval> {
     let (slow, fast) = (scene.times_to(slow, error)?, scene.times_to(fast, error)?);
     Some(ratio(&slow, &fast)?.0)
@@ -87,7 +87,7 @@ mod tests {
     fn those_that_are_late_are_named() {
         let mut scene = synthetic(1, &[1.0, 1.0, 300.0], 0.02, 0.0);
         scene.rows.iter_mut().filter(|r| r.method == 2).for_each(|r| r.rel_mse *= 100.0);
-        assert!(answer(&scene).ends_with("; method2/sobol did not get there."), "{}", answer(&scene));
+        assert!(answer(&scene).ends_with("; method2/sobol did not reach it."), "{}", answer(&scene));
         assert_eq!((list(&["a"]), list(&["a", "b", "c"])), ("a".into(), "a, b and c".into()));
     }
 

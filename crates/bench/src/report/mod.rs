@@ -36,9 +36,9 @@ pub fn read_data(path: &Path) -> Result<Data, BenchError> {
     let schema = any.get("schema").and_then(serde_json::Value::as_u64);
     if schema != Some(SCHEMA.into()) {
         let found = schema.map_or("no schema number".to_owned(), |n| format!("schema {n}"));
-        return Err(wrong(format!("is no report that this version reads: it has {found}, and {SCHEMA} is wanted")));
+        return Err(wrong(format!("is not a report of this version: it has {found} instead of schema {SCHEMA}")));
     }
-    let data: Data = serde_json::from_value(any).map_err(|e| wrong(format!("is no report: {e}")))?;
+    let data: Data = serde_json::from_value(any).map_err(|e| wrong(format!("is not a report: {e}")))?;
     let fits = |scene: &SceneData| scene.rows.iter().all(|row| row.method < scene.methods.len());
     if !data.scenes.iter().all(fits) {
         return Err(wrong("is damaged: it has rows of methods that it does not list".into()));

@@ -12,7 +12,7 @@ use crate::{
 
 use super::{answer::answer, pictures::pictures, style::CSS, tables, text};
 
-/// The page of a report whose pictures lie in `folder`.
+/// The page of a report whose pictures are in `folder`.
 pub(super) fn page(folder: &Path, data: &Data, scenes: &[(&SceneData, Vec<Chart>)]) -> String {
     let names: Vec<&str> = data.scenes.iter().map(|s| s.name.as_str()).collect();
     let title = format!("Speed against accuracy: {}", names.join(", "));
@@ -103,16 +103,16 @@ fn section(folder: &Path, scene: &SceneData, charts: &[Chart]) -> Markup {
 
         h3 { "Bias" }
         p.note {
-            "The mean over the whole picture, less that of the reference. Noise averages out here, so what "
-            "is left outside of the interval is a bias, or light that was never found."
+            "The mean over the whole picture, less that of the reference. Noise averages out here, so an "
+            "error beyond the interval is a bias, or light that was never found."
         }
         (figure("bias"))
         (tables::bias(scene))
 
         h3 { "Pictures at " (equal) }
         p.note {
-            "Left the picture, right where it errs: warm is too bright, cool too dark, full colour at 50 % "
-            "of the reference, black where it is right. Grey hatching marks pixels whose error bar is not "
+            "Left the picture, right the map of its errors: warm is too bright, cool too dark, full colour "
+            "at 50 % of the reference, black where it is right. Grey hatching marks pixels that are not "
             "certified."
         }
         (pictures(folder, scene))
@@ -139,21 +139,23 @@ fn equal_samples(scene: &SceneData) -> bool {
 fn facts(scene: &SceneData) -> Markup {
     let reference = &scene.reference;
     let own = match reference.rel_mse {
-        Some(e) => format!("whose own error of {} is taken off and limits what can be read", text::percent(e.sqrt())),
-        None => "whose own error is not known: lines that flatten may show the reference".into(),
+        Some(e) => {
+            format!("whose own error of {} is subtracted; smaller errors cannot be resolved", text::percent(e.sqrt()))
+        }
+        None => "whose own error is unknown: lines that flatten may show the error of the reference".into(),
     };
     let clock = match scene.clock {
-        Clock::Wall => "Times are those on the wall.",
+        Clock::Wall => "Times are wall-clock times.",
         Clock::Device => "Times are those of dispatches by the clock of the device.",
-        Clock::Cpu => "Times are processor seconds over cores, which other work on the machine hardly changes.",
+        Clock::Cpu => "Times are CPU seconds divided by cores, which other work on the machine hardly changes.",
     };
     html! {
         p.note {
             (scene.file) ": " (scene.width) " × " (scene.height) " pixels, " (scene.triangles) " triangles; "
-            (scene.repeats) " repeats of each method with samples of their own, in turn. Errors are "
-            "measured from a reference by " (reference.source)
+            (scene.repeats) " repeats of each method with independent samples, in turn. Errors are "
+            "measured against a reference by " (reference.source)
             @if !reference.reason.is_empty() { " (" (reference.reason) ")" }
-            @if reference.spp > 0 { " with " (reference.spp) " samples a pixel" }
+            @if reference.spp > 0 { " with " (reference.spp) " samples per pixel" }
             ", " (own) ". " (clock)
         }
     }
@@ -164,9 +166,9 @@ fn walk(walk: &WalkData) -> Markup {
     html! {
         p.note {
             "The kernel is one program, so its stages have no clocks of their own. Of " (walk.method) ", "
-            (percent(walk.share)) " (" (percent(walk.low)) " to " (percent(walk.high)) ") is walking rays "
-            "through the BVH: that much longer it takes when every ray is walked twice. The rest is "
-            "shading, sampling, and keeping paths between dispatches."
+            (percent(walk.share)) " (" (percent(walk.low)) " to " (percent(walk.high)) ") is traversal "
+            "of the BVH: the additional time when every ray is traversed twice. The rest is "
+            "shading, sampling, and saving paths between dispatches."
         }
     }
 }
@@ -183,8 +185,7 @@ fn figure(chart: &Chart) -> Markup {
 fn conditions(c: &Conditions) -> Markup {
     let commit = if c.commit.is_empty() { String::new() } else { format!(" ({})", c.commit) };
     let software = if c.software { ", a software driver" } else { "" };
-    let load =
-        if c.load.is_empty() { String::new() } else { format!("{} processes wanted to run before it began", c.load) };
+    let load = if c.load.is_empty() { String::new() } else { format!("{} on average before the start", c.load) };
     let rows = [
         ("Surelight", format!("{}{commit}", c.version)),
         ("Date", c.date.clone()),

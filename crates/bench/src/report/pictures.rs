@@ -9,8 +9,8 @@ use crate::data::{MethodData, Row, SceneData, slug};
 
 use super::text::{percent, seconds};
 
-/// The reference, then each method's picture beside its map. Pictures that are missing, of methods
-/// that were not reached, are left out.
+/// The reference, then each method's picture beside its error map. Missing pictures, of methods
+/// that were not reached, are omitted.
 pub(super) fn pictures(folder: &Path, scene: &SceneData) -> Markup {
     let folder = folder.join(&scene.name);
     html! {
@@ -27,12 +27,12 @@ pub(super) fn pictures(folder: &Path, scene: &SceneData) -> Markup {
     }
 }
 
-/// A method's picture and its map, if both exist, as they are after `row`.
+/// A method's picture and its error map after `row`, if both exist.
 fn pair(folder: &Path, scene: &SceneData, method: &MethodData, row: &Row) -> Markup {
     let file = slug(&method.name);
     let shown = image(&folder.join(format!("{file}.png")), &format!("Picture by {}", method.name));
     let map = image(&folder.join(format!("{file}-error.png")), &format!("Errors of {}", method.name));
-    // Numbers stay with their units.
+    // No line break between numbers and their units.
     let joined = |text: String| text.replace(' ', "\u{a0}");
     let error = match row.rel_rmse() {
         Some(error) => format!("error {}", joined(percent(error))),
@@ -44,7 +44,7 @@ fn pair(folder: &Path, scene: &SceneData, method: &MethodData, row: &Row) -> Mar
                 div.pair { (shown) (map) }
                 figcaption {
                     (method.name) @if method.biased.is_some() { " (biased)" } ": " (row.spp)
-                    " samples a pixel, " (joined(seconds(row.seconds(scene.clock)))) ", " (error)
+                    " samples per pixel, " (joined(seconds(row.seconds(scene.clock)))) ", " (error)
                 }
             }
         }

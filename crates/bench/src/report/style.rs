@@ -1,4 +1,4 @@
-//! The look of the page: one column, readable on a phone and on paper.
+//! The style of the page: one column, readable on a phone and on paper.
 
 pub(super) const CSS: &str = r"
 :root { color-scheme: light; }

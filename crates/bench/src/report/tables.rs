@@ -47,7 +47,7 @@ fn or_unknown(text: Option<impl Render>) -> Markup {
     text.map_or_else(|| cell(UNKNOWN), cell)
 }
 
-/// Which method is the fastest to each error level.
+/// The fastest method to each error level.
 pub(super) fn fastest(scene: &SceneData) -> Markup {
     let rows = scene.levels().into_iter().map(|e| {
         let ranking = scene.ranking(e, false);
@@ -127,11 +127,11 @@ pub(super) fn bias(scene: &SceneData) -> Markup {
                 html! { span.biased { "biased: " (why) (little) } }
             }
             (None, None) => cell(UNKNOWN),
-            (None, Some(i)) if i.holds(0.0) => cell("none seen"),
-            // 1.96 standard errors are the half width; beyond 3 chance is no excuse for any of a
-            // dozen methods.
+            (None, Some(i)) if i.holds(0.0) => cell("none detected"),
+            // The half width is 1.96 standard errors; among a dozen methods an error beyond 3 is
+            // not due to chance.
             (None, Some(i)) if i.value.abs() < 1.53 * (i.high - i.low) / 2.0 => {
-                cell("within what chance does once in twenty")
+                cell("within the chance of one in twenty")
             }
             (None, Some(_)) => cell("more than chance explains: error bars that are too short, or a defect"),
         };
@@ -144,7 +144,7 @@ fn percent_of(i: crate::analysis::Interval) -> crate::analysis::Interval {
     crate::analysis::Interval { value: 100.0 * i.value, low: 100.0 * i.low, high: 100.0 * i.high }
 }
 
-/// Where the time goes.
+/// The stages of the time.
 pub(super) fn stages(scene: &SceneData) -> Markup {
     let rows = (0..scene.methods.len()).map(|m| {
         let data = &scene.methods[m];
@@ -171,7 +171,7 @@ pub(super) fn stages(scene: &SceneData) -> Markup {
         "compiling",
         "Mpaths/s",
         "Mrays/s",
-        "rays a path",
+        "rays per path",
         "device memory",
         "samples dropped or cut",
     ];

@@ -1,8 +1,8 @@
-//! Numbers in words.
+//! Numbers as text.
 
 use crate::analysis::Interval;
 
-/// A number with two digits that say something.
+/// A number with two significant digits.
 pub(super) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "–".into() };
@@ -16,7 +16,7 @@ pub(super) fn short(x: f64) -> String {
     format!("{x:.decimals$}").replace('-', "−")
 }
 
-/// A share in percent.
+/// A fraction in percent.
 pub(super) fn percent(x: f64) -> String {
     format!("{} %", short(100.0 * x))
 }

@@ -1,15 +1,14 @@
-//! A formula that a user typed: checked to be one expression, so that nothing else gets into the
-//! shader.
+//! A user's formula: checked to be one expression, so that nothing else enters the shader.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Most dimensions of an integral.
+/// Maximum number of dimensions of an integral.
 pub const MAX_DIMENSIONS: usize = surelight_prepare::shared::MAX_DIMENSIONS as usize;
 
-/// Longest formula, in bytes: more would only keep compilers busy.
+/// Maximum length of a formula, in bytes.
 const LONGEST: usize = 1024;
 
-/// Deepest nesting of brackets.
+/// Maximum nesting depth of brackets.
 const DEEPEST: usize = 64;
 
 /// Numbers that formulas may use by name.
@@ -19,7 +18,7 @@ const CONSTANTS: &str =
 /// Letters for the first dimensions, beside `x0`, `x1`, ….
 const LETTERS: [&str; 4] = ["x", "y", "z", "w"];
 
-/// A scalar expression in WGSL over so many variables.
+/// A scalar expression in WGSL over a number of variables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formula {
     text: String,
@@ -29,15 +28,15 @@ pub struct Formula {
 /// A mistake in a formula.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FormulaError {
-    /// Nothing there.
+    /// No expression.
     #[error("the formula is empty")]
     Empty,
     /// Too long or too deeply nested to compile.
     #[error("the formula is {0}")]
     Size(&'static str),
-    /// Something that no expression contains.
+    /// Text that no expression contains.
     #[error(
-        "the formula has '{found}' at column {column}: only one expression is wanted, without declarations, loops or comments"
+        "the formula has '{found}' at column {column}: only one expression is allowed, without declarations, loops or comments"
     )]
     Forbidden {
         /// Counted from 1, in characters.
@@ -64,7 +63,7 @@ pub enum FormulaError {
         message: String,
     },
     /// More or fewer dimensions than there are variables for.
-    #[error("an integral has 1 to 10 dimensions, and not {0}")]
+    #[error("an integral has 1 to 10 dimensions, not {0}")]
     Dimensions(usize),
 }
 
@@ -73,7 +72,7 @@ impl Formula {
     /// also `x`, `y`, `z`, `w`.
     ///
     /// # Errors
-    /// With the column in `text`, where there is one.
+    /// With the column in `text`, where the error has one.
     pub fn new(text: &str, dimensions: usize) -> Result<Self, FormulaError> {
         if !(1..=MAX_DIMENSIONS).contains(&dimensions) {
             return Err(FormulaError::Dimensions(dimensions));
@@ -100,7 +99,7 @@ impl Formula {
         self.dimensions
     }
 
-    /// The module `package::integrand`, and where in it the expression begins.
+    /// The source of the module `package::integrand`, and the offset of the expression in it.
     pub(super) fn module(&self) -> (String, usize) {
         let mut source = format!("{CONSTANTS}fn integrand(point_of_the_box: array<f32, 10>) -> f32 {{\n");
         for i in 0..self.dimensions {
@@ -127,7 +126,7 @@ impl Formula {
             }
             self.wgsl_error(span, start, message)
         })?;
-        // The expression must have added nothing to the function around it.
+        // The expression must not have added a declaration.
         if module.functions.len() != 1 || !module.global_variables.is_empty() || !module.entry_points.is_empty() {
             return Err(FormulaError::Forbidden { column: 1, found: self.text.clone() });
         }
@@ -172,8 +171,8 @@ impl Formula {
     }
 }
 
-/// Refuses what could end the expression or begin something else: statements, blocks, attributes,
-/// comments, lone brackets.
+/// Refuses all that could end the expression or begin another construct: statements, blocks,
+/// attributes, comments, unmatched brackets.
 fn only_expression(text: &str) -> Result<(), FormulaError> {
     let characters: Vec<char> = text.chars().collect();
     let mut open: Vec<(char, usize)> = Vec::new();

@@ -1,4 +1,4 @@
-//! The grids of quadrature rules: the device evaluates the formula at the nodes, the host sums up.
+//! The grids of quadrature rules: the device evaluates the formula at the nodes, the host adds up.
 
 use surelight_estimate::{Rule, RuleError};
 
@@ -18,7 +18,7 @@ pub struct Grid {
 }
 
 impl Integrand<'_> {
-    /// The tensor product of a rule with `points` a dimension; fewer than 2^32 in all.
+    /// The tensor product of a rule with `points` nodes per dimension; fewer than 2^32 in all.
     ///
     /// # Errors
     /// Where the rule does not exist (the inner error) or the device fails.
@@ -40,7 +40,7 @@ impl Integrand<'_> {
         let (mut sum, mut non_finite) = (0.0, 0);
         let scale = self.volume() / 2f64.powi(dimensions as i32);
         self.nodes(&axes, total as u32, &mut |first, values| {
-            // Indices of the first node on all axes; then counted on.
+            // Indices of the first node on all axes, then incremented.
             let mut digits = vec![0; dimensions];
             let mut rest = first as usize;
             for digit in &mut digits {
@@ -65,7 +65,7 @@ impl Integrand<'_> {
         Ok(Ok(Grid { estimate: sum * scale, non_finite, evaluations: total }))
     }
 
-    /// Values at all nodes, in runs: number of the first, values.
+    /// Values at all nodes, in runs: the index of the first node, and the values.
     pub(super) fn nodes(
         &mut self,
         axes: &[Vec<f32>],

@@ -73,8 +73,8 @@ pub const CASES: &[Case] = &[
         Entry {
             name: "same-centroid-1e6",
             shows: "A million triangles about one point, from a metre down to 10^-36 of it, under a white sky.",
-            known: "A ray meets the triangle that brute force in f64 finds, or its walk is told to be cut short: no plane \
-                    separates triangles with one centroid, and a ray near it meets the boxes of them all.",
+            known: "A ray hits the triangle that brute force in f64 finds, or its traversal is reported as cut short: no \
+                    plane separates triangles with one centroid, and a ray near it intersects the boxes of all.",
             build: || same_centroid(1_000_000),
         },
     ),

@@ -27,7 +27,7 @@ pub const CASES: &[Case] = &[
         35,
         Entry {
             name: "contact-light",
-            shows: "A lamp that stands on the floor, seen from above: the top edge of the picture is where they touch.",
+            shows: "A lamp on the floor, seen from above: they touch at the top edge of the picture.",
             known: "Lambert's polygon formula in every pixel, ρL/2 in the limit at the edge. Points on the lamp come as close as they \
                     please: by the area form a sample exceeds x with a probability of x^−1.5, and has no variance.",
             build: contact_light,

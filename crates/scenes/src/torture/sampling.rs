@@ -36,7 +36,7 @@ pub const CASES: &[Case] = &[
         24,
         Entry {
             name: "optional-stop",
-            shows: "A floor under a small lamp that one of 64 uniform directions meets.",
+            shows: "A floor under a small lamp that one of 64 uniform directions hits.",
             known: "Lambert's polygon formula; by uniform directions a sample is 0 or about 64 times the mean.",
             build: || spot(1.0 / 64.0).0,
         },
