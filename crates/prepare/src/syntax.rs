@@ -13,7 +13,7 @@ pub fn each_statement(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Sta
     }
 }
 
-/// Calls `f` on every expression, operands first. The left sides of assignments are not visited.
+/// Calls `f` on every expression, operands first.
 pub fn each_expression(block: &mut CompoundStatement, f: &mut impl FnMut(&mut Expression)) {
     each_statement(block, &mut |statement| {
         for expression in expressions(statement) {
@@ -47,7 +47,7 @@ fn blocks(statement: &mut Statement) -> Vec<&mut CompoundStatement> {
 /// The expressions of a statement itself.
 fn expressions(statement: &mut Statement) -> Vec<&mut Expression> {
     match statement {
-        Statement::Assignment(s) => vec![s.rhs.node_mut()],
+        Statement::Assignment(s) => vec![s.lhs.node_mut(), s.rhs.node_mut()],
         Statement::Increment(s) => vec![s.expression.node_mut()],
         Statement::Decrement(s) => vec![s.expression.node_mut()],
         Statement::If(s) => {

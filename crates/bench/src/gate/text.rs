@@ -22,11 +22,8 @@ impl std::fmt::Display for Comparison {
         for note in &self.notes {
             writeln!(f, "note: {note}")?;
         }
-        let verdict = if self.is_loss() {
-            "the new version has losses"
-        } else {
-            "no loss beyond the tolerance and chance"
-        };
+        let verdict =
+            if self.is_loss() { "the new version has losses" } else { "no loss beyond the tolerance and chance" };
         writeln!(f, "verdict: {verdict}")
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     Mutation,
-    Operation::{Replace, Return, Set},
+    Operation::{Remove, Replace, Return, Set},
     Place::{Shader, Source},
 };
 
@@ -83,11 +83,11 @@ pub(super) const ROWS: &[Mutation] = &[
     },
     Mutation {
         case: 36,
-        mistake: "coverage of the last subtotal alone",
+        mistake: "coverage of a subtotal that is added again with the next",
         place: Shader {
             module: "kernel/samples",
             declaration: "add_subtotal",
-            operation: Replace("(*total).covered", "(*total).covered - coverage_sums[slot]"),
+            operation: Remove("(*total).covered"),
         },
         binary: BINARY,
         test: "transparent::coverage_is_the_area_of_a_pixel",
