@@ -84,11 +84,7 @@ pub(super) const ROWS: &[Mutation] = &[
     Mutation {
         case: 36,
         mistake: "coverage of a subtotal that is added again with the next",
-        place: Shader {
-            module: "kernel/samples",
-            declaration: "add_subtotal",
-            operation: Remove("(*total).covered"),
-        },
+        place: Shader { module: "kernel/samples", declaration: "add_subtotal", operation: Remove("(*total).covered") },
         binary: BINARY,
         test: "transparent::coverage_is_the_area_of_a_pixel",
     },

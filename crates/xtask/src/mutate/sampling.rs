@@ -44,7 +44,10 @@ pub(super) const ROWS: &[Mutation] = &[
         place: Shader {
             module: "kernel/path_reuse",
             declaration: "weigh_reuses",
-            operation: Replace("visible / max(onward, 1e-37)", "vec4f(1.3, 1.0, 1.0, 1.0) * visible / max(onward, 1e-37)"),
+            operation: Replace(
+                "visible / max(onward, 1e-37)",
+                "vec4f(1.3, 1.0, 1.0, 1.0) * visible / max(onward, 1e-37)",
+            ),
         },
         binary: BINARY,
         test: "path_reuse::neighbours_agree_about_gloss",
