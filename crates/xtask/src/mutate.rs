@@ -174,7 +174,13 @@ impl Mutation {
         if !text.contains("1 passed") && !text.contains("1 failed") {
             return Err(format!("{} has no test {}: {text}", self.binary, self.test));
         }
-        Ok(if run.status.success() { Verdict::Missed } else { Verdict::Caught })
+        // Shaders are composed when the test runs: one that does not compose fails every test.
+        let composes = !format!("{text}{}", String::from_utf8_lossy(&run.stderr)).contains("does not compile");
+        Ok(match run.status.success() {
+            true => Verdict::Missed,
+            false if composes => Verdict::Caught,
+            false => Verdict::Broken,
+        })
     }
 }
 
