@@ -14,11 +14,11 @@ use crate::{
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 const PATH_KERNEL: &str = "package::kernel::path";
-const BLOCK_KERNEL: &str = "package::kernel::path_reuse";
+const PATH_REUSE_KERNEL: &str = "package::kernel::path_reuse";
 
 /// Root module of the path kernel, and the record that it keeps between dispatches.
 pub fn path_kernel(key: &KernelKey) -> (&'static str, &'static str) {
-    if key.reuses_paths() { (BLOCK_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
+    if key.reuses_paths() { (PATH_REUSE_KERNEL, "BlockState") } else { (PATH_KERNEL, "LaneState") }
 }
 
 /// A composed and validated shader.

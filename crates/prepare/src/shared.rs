@@ -326,7 +326,7 @@ shared_records! {
         restart: u32 = "u32",
         /// Weight of a particle in a pixel's sample: 1 / particles emitted per sample of all
         /// pixels.
-        worth: f32 = "f32",
+        particle_weight: f32 = "f32",
         /// 1 / unit of the sums.
         quantum: f32 = "f32",
         /// 1 / the root of the unit of the sums of squares.

@@ -14,7 +14,7 @@ const PATH_ENTRY: &str = "trace_paths";
 
 /// Root modules of the kernels for first-hit features and for light tracing.
 const FEATURE_ROOT: &str = "package::kernel::first_hit";
-const EMIT_ROOT: &str = "package::kernel::light_tracing";
+const LIGHT_TRACING_KERNEL: &str = "package::kernel::light_tracing";
 
 /// A composed shader and its compiled entry point.
 pub(crate) struct CompiledShader {
@@ -61,7 +61,7 @@ impl CompiledSet {
         let features = CompiledShader::new(device, features, "trace_features", checks)?;
         let particles = match prepared.light_tracing() {
             Some(_) => {
-                let shader = compose(EMIT_ROOT, &key, &prepared.constants())?;
+                let shader = compose(LIGHT_TRACING_KERNEL, &key, &prepared.constants())?;
                 Some(CompiledShader::new(device, shader, "trace_particles", checks)?)
             }
             None => None,

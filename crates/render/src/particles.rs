@@ -126,7 +126,7 @@ impl Particles {
             corner: tile.corner,
             size: tile.size,
             lanes: self.lanes,
-            worth: (1.0 / self.per_sample() as f64) as f32,
+            particle_weight: (1.0 / self.per_sample() as f64) as f32,
             quantum: (UNITS / self.usual_contribution) as f32,
             square_quantum: (ROOT_UNITS / self.usual_contribution) as f32,
             ..EmissionPass::default()
